@@ -2,8 +2,8 @@
 
 use rijke_rig::GasState;
 use rijke_study::names::{
-    AREA, AREA_AFTER, CONDUCTIVITY, DENSITY, DIAMETER, GAMMA, MACH, MASS_FLUX, PERIMETER, PRANDTL, PRESSURE,
-    SOUND_SPEED, SPECIFIC_HEAT, TEMPERATURE, TEMPERATURE_AFTER, VELOCITY, VISCOSITY,
+    AREA, AREA_AFTER, CONDUCTIVITY, DENSITY, DENSITY_AFTER, DIAMETER, GAMMA, MACH, MASS_FLUX, PERIMETER,
+    PRANDTL, PRESSURE, SOUND_SPEED, SPECIFIC_HEAT, TEMPERATURE, TEMPERATURE_AFTER, VELOCITY, VISCOSITY,
 };
 use rijke_study::{Point, PointState, RigAtPoint};
 
@@ -23,7 +23,7 @@ pub struct Conditions {
 impl Conditions {
     /// What a law sees in a segment of gas `gas` and cross-section `area`.
     pub(crate) fn around_piece(&self, gas: &GasState, area: f64) -> Vec<f64> {
-        self.surroundings(gas, area, [gas.temperature, area])
+        self.surroundings(gas, area, (gas.temperature, gas.density), area)
     }
 
     /// What a law sees at `x`: the gas on the upstream side, and temperature and area on the downstream side
@@ -32,12 +32,19 @@ impl Conditions {
         let [before, after] = self.layout.areas(x);
         let upstream_end = x <= 0.0;
         let temperatures = self.base.temperatures(x);
-        let gas = self.base.gas.at(temperatures[usize::from(upstream_end)], self.base.pressure);
+        let side = usize::from(upstream_end);
+        let gas = self.base.gas_beside(x, side).at(temperatures[side], self.base.pressure);
         let area = if upstream_end { after } else { before };
-        self.surroundings(&gas, area, [temperatures[1], after])
+        self.surroundings(&gas, area, self.behind(x), after)
     }
 
-    fn surroundings(&self, gas: &GasState, area: f64, after: [f64; 2]) -> Vec<f64> {
+    /// Temperature (K) and density (kg/m^3) of the gas just downstream of `x`.
+    pub(crate) fn behind(&self, x: f64) -> (f64, f64) {
+        let temperature = self.base.temperatures(x)[1];
+        (temperature, self.base.gas_beside(x, 1).at(temperature, self.base.pressure).density)
+    }
+
+    fn surroundings(&self, gas: &GasState, area: f64, behind: (f64, f64), area_after: f64) -> Vec<f64> {
         let mut all = self.layout.numbers.clone();
         let flux = self.base.mass_flow / area;
         let velocity = flux / gas.density;
@@ -59,8 +66,9 @@ impl Conditions {
             (DIAMETER, diameter),
             (AREA, area),
             (PERIMETER, std::f64::consts::PI * diameter),
-            (TEMPERATURE_AFTER, after[0]),
-            (AREA_AFTER, after[1]),
+            (TEMPERATURE_AFTER, behind.0),
+            (DENSITY_AFTER, behind.1),
+            (AREA_AFTER, area_after),
         ] {
             all[name] = value;
         }

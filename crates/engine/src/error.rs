@@ -159,7 +159,7 @@ pub enum EngineError {
     },
     /// An ambient temperature is missing.
     #[error(
-        "operating point {point} has no ambient temperature; give T_amb in campaign.csv, or temperatures in rig.toml"
+        "operating point {point} has no ambient temperature; give T_amb in the campaign, or temperatures in rig.toml"
     )]
     NoTemperature {
         /// The operating point.

@@ -50,12 +50,14 @@ pub enum FlowError {
         high: f64,
     },
     /// A closure out of its range.
-    #[error("the closure {name} = {value} is out of range")]
+    #[error("the closure {name} is {value}, but must be {need}")]
     Closure {
         /// Its key.
         name: &'static str,
         /// Its value.
         value: f64,
+        /// What it must be.
+        need: &'static str,
     },
     /// A power that is negative or not finite.
     #[error("the heater power is {watts} W; it must be zero or positive")]

@@ -4,8 +4,10 @@ mod base;
 mod error;
 mod infer;
 mod number;
+pub mod shown;
 mod tube;
 
+pub use base::laws::{ErrorForLaws, StateForLaws};
 pub use base::profiles::{PROFILES, VELOCITIES, read_profiles};
 pub use base::state::{BaseState, ErrorComponent};
 pub use base::states::BaseStates;

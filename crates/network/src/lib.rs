@@ -25,6 +25,7 @@ pub use plane::tracking::follow;
 pub use plane::zeros::zeros_of;
 pub use respond::answer::{Places, Response};
 pub use respond::forced::{Forced, Source, Transfer};
+pub use sense::advice::{BestPlace, SmallChange};
 pub use sense::along::{Device, Station};
 pub use sense::budget::{Budget, Exchange};
 pub use sense::sensitivity::{Derivatives, Sensitivities};

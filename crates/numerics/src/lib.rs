@@ -4,6 +4,7 @@ pub mod check;
 mod cholesky;
 mod complex_dual;
 mod dense;
+mod field;
 mod files;
 mod howe;
 mod jet;
@@ -20,6 +21,7 @@ pub use dense::{
     DenseError, Matrix, complex_eigenvalues, complex_lu_solve, dot, interpolate, least_direction,
     least_squares_sd, lu_solve, principal_directions, symmetric_eigen,
 };
+pub use field::{GridField, Lines, Zero};
 pub use files::{LARGEST_TEXT, Unreadable, open_file, read_bytes, read_text};
 pub use howe::{howe, howe_parts};
 pub use jet::{Jet, JetSpace, Order};

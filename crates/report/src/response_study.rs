@@ -59,15 +59,9 @@ pub fn response_page(
     Ok(files)
 }
 
-fn sorted(stage: &ResponseStageRecord) -> Vec<&ResponseModelRecord> {
-    let mut models: Vec<&ResponseModelRecord> = stage.models.iter().collect();
-    models.sort_by(|a, b| b.ln_evidence().total_cmp(&a.ln_evidence()));
-    models
-}
-
 /// What a competition found, in a sentence; nothing for a stage of one model.
 fn answer(stage: &ResponseStageRecord) -> Option<String> {
-    let models = sorted(stage);
+    let models = stage.by_evidence();
     let [first, second, ..] = models[..] else { return None };
     let lead = first.ln_evidence() - second.ln_evidence();
     let (title, a, b) = (html(&stage.title), html(&first.label), html(&second.label));
@@ -87,7 +81,7 @@ fn answer(stage: &ResponseStageRecord) -> Option<String> {
 }
 
 fn ranking(stage: &ResponseStageRecord) -> String {
-    let models = sorted(stage);
+    let models = stage.by_evidence();
     let best = models.first().map_or(0.0, |m| m.ln_evidence());
     let row = |m: &&ResponseModelRecord| {
         let remark = m

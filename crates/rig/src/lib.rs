@@ -38,6 +38,7 @@ pub use read::layout::Layout;
 pub use read::record::read_record;
 pub use read::span::{Event, read_event};
 pub use records::acquisition::{Acquisition, Exception, StatedChannels};
+pub use records::item::RecordItem;
 pub use records::reading::{Arrays, Column, Reading};
 pub use records::record::Record;
 pub use records::set::{Calibration, DataKind, Day, PointRecords, RecordSet, RecordSource, RecordTiming};

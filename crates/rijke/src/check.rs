@@ -53,6 +53,9 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     if args.names {
         return names(&study, ui);
     }
+    study
+        .possible(PLANNED_AMBIENT)
+        .map_err(|problem| Failure::bad_input(problem).at(&dir.join("rig.toml")))?;
     let [growth, frequency, pressure] = args.sd[..] else {
         return Err(Failure::bad_input("--sd takes three numbers"));
     };

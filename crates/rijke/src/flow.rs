@@ -1,31 +1,23 @@
 //! `rijke flow`: from click arrival times to the base flow.
 
-mod document;
 mod foreseen;
 mod plot;
-mod said;
 mod states;
 
 use crate::{
-    csv_table::{csv_table, texts},
+    csv_table::csv_table,
     failure::{Classify, Failure},
     number,
     staging::StagedFolder,
     ui::Ui,
 };
-use document::Document;
 pub(crate) use foreseen::foresee;
-use rayon::prelude::*;
-use rijke_flow::assimilate::{
-    AssimilationMethod, NamedStates, PowerReport, Records, RunReport, Twin, TwinOptions, UnknownReport,
-    assimilate, staircase,
-};
+use rijke_flow::assimilate::{self, AssimilationMethod, NamedStates, Records, RunReport};
 use rijke_flow::settled;
-use rijke_flow::{BaseStates, Closures, FlowError, PROFILES, Pipe, read_profiles};
-use rijke_numerics::Streams;
+use rijke_flow::shown::{FlowDocument, settles, together, unknowns_table, velocity_table, words};
+use rijke_flow::{BaseStates, Closures, FlowError, PROFILES, read_profiles};
 use rijke_rig::{DataKind, Observations, TubeRig};
 use rijke_study::{Study, plan::Base};
-use said::{all_places, settles, summary};
 use std::path::{Path, PathBuf};
 
 /// Infer velocity, temperature and sound speed along the tube from clicks (or thermometers) over time.
@@ -51,7 +43,7 @@ pub(crate) struct Args {
     /// & Yoko (2022); its error bars are too small by a factor of twenty or more.
     #[arg(long, value_enum, default_value_t = Choice::Batch)]
     method: Choice,
-    /// Fit each place of the heater by itself, as the paper does, instead of all together as one rig.
+    /// Fit each place of the heat source by itself, as the paper does, instead of all together as one rig.
     #[arg(long)]
     separate: bool,
     /// Draw Fig. 2, and for a filter its parameters, spread and innovations against time beside the batch
@@ -64,9 +56,9 @@ pub(crate) struct Args {
     /// Write a virtual record to try the command on, instead of reading one.
     #[arg(long, conflicts_with = "dir")]
     twin: bool,
-    /// Heater positions of the virtual record, m.
+    /// Places of the heat source in the virtual record, m.
     #[arg(long, value_delimiter = ',', default_values_t = [0.25, 0.75], requires = "twin", value_parser = number::positive)]
-    heaters: Vec<f64>,
+    places: Vec<f64>,
     /// Seed of all random numbers.
     #[arg(long, default_value_t = 1)]
     seed: u64,
@@ -136,16 +128,14 @@ fn infer(args: &Args, dir: &Path, closures: &Closures, ui: &Ui) -> Result<Vec<St
         write("states.json", serde_json::to_string(&file).or_failed()? + "\n")?;
     }
     write("flow.json", serde_json::to_string_pretty(&document).or_failed()? + "\n")?;
-    write("unknowns.csv", unknowns_table(&document.runs)?)?;
-    write("velocity.csv", velocity_table(&document.runs)?)?;
+    write("unknowns.csv", csv_table(unknowns_table(&document.runs))?)?;
+    write("velocity.csv", csv_table(velocity_table(&document.runs))?)?;
     if args.plot {
         plot::write(&document, &beside, staged.path())?;
     }
     staged.commit()?;
-    for run in &document.runs {
-        summary(run, ui);
-    }
-    all_places(&document.runs, ui);
+    let of_runs = document.runs.iter().flat_map(words);
+    of_runs.chain(together(&document.runs)).for_each(|said| ui.say(said));
     let settling: Vec<String> = document.runs.iter().flat_map(|run| &run.settling).map(settles).collect();
     settling.iter().for_each(|said| ui.say(said));
     ui.result(&document)?;
@@ -153,14 +143,14 @@ fn infer(args: &Args, dir: &Path, closures: &Closures, ui: &Ui) -> Result<Vec<St
 }
 
 /// What both kinds of input give.
-type Inferred = (Document, BaseStates);
+type Inferred = (FlowDocument, BaseStates);
 
 /// From the mean clicks of settled operating points.
 fn from_observations(args: &Args, folder: &Path, closures: &Closures, ui: &Ui) -> Result<Inferred, Failure> {
     let observations = Observations::read(folder).or_bad_input()?;
     if folder.join(PROFILES).is_file() {
         let states = read_profiles(folder, &observations).or_bad_input()?;
-        let document = Document {
+        let document = FlowDocument {
             kind: states.kind,
             rig: observations.rig.name.clone(),
             seed: args.seed,
@@ -169,27 +159,19 @@ fn from_observations(args: &Args, folder: &Path, closures: &Closures, ui: &Ui) -
         ui.say(format!("the base flow of {} operating points is that of {PROFILES}", states.points.len()));
         return Ok((document, states));
     }
-    let make = |heater: f64| Pipe::new(&observations.rig, closures, heater, 1);
     let (file, readings) = readings(folder, &observations)?;
-    let runs = settled::runs(&observations, &readings, &make).or_bad_input().map_err(|f| f.at(folder))?;
+    let runs = settled::heated(&observations, &readings, closures);
+    let runs = runs.or_bad_input().map_err(|f| f.at(folder))?;
     if runs.is_empty() {
         let message = "no heated operating point with clicks or readings, so there is no flow to infer";
         let remedy = "Process the clicks of a row with power (say, H30), write temperatures or speeds of sound into readings.csv beside \
             the observations, or give a record over time with flow.toml.";
         return Err(Failure::bad_input(message).at(folder).remedy(remedy));
     }
-    // Each place by itself is a fit of one run.
-    let groups: Vec<&[(Pipe, settled::SettledRun)]> =
-        if args.separate { runs.chunks(1).collect() } else { vec![runs.as_slice()] };
-    let progress = ui.progress("heater positions", runs.len() as u64);
-    let fit = |group: &&[(Pipe, settled::SettledRun)]| {
-        let report = settled::JointFit::new(group)?.report();
-        progress.advance(group.len() as u64);
-        report
-    };
-    let fits: Result<Vec<_>, FlowError> = groups.par_iter().map(fit).collect();
+    let progress = ui.progress("places of the heat source", runs.len() as u64);
+    let found = settled::infer(&runs, args.separate, &|places| progress.advance(places));
     drop(progress);
-    let fits = fits.map_err(|error| match error {
+    let (reports, states) = found.map_err(|error| match error {
         FlowError::FarOff { file: name, .. } => {
             let place = if name == settled::Readings::FILE { file.clone() } else { folder.join(name) };
             Failure::bad_input(error).at(&place).remedy(
@@ -198,16 +180,6 @@ fn from_observations(args: &Args, folder: &Path, closures: &Closures, ui: &Ui) -
         }
         _ => blame(error).at(folder),
     })?;
-    let (mut reports, mut states) = (Vec::new(), NamedStates::new());
-    for (n, (run, mut named)) in fits.into_iter().enumerate() {
-        if args.separate {
-            // Causes are shared by name; places that were fitted apart share none.
-            let errors = named.iter_mut().flat_map(|(_, state)| &mut state.errors);
-            errors.for_each(|e| e.cause = format!("place {}: {}", n + 1, e.cause));
-        }
-        reports.extend(run);
-        states.extend(named);
-    }
     Ok(gather(args, observations.kind, &observations.rig, observations.source, reports, states))
 }
 
@@ -230,7 +202,7 @@ fn over_time(
     dir: &Path,
     closures: &Closures,
     ui: &Ui,
-) -> Result<(Document, BaseStates, Vec<RunReport>), Failure> {
+) -> Result<(FlowDocument, BaseStates, Vec<RunReport>), Failure> {
     let records = Records::read(dir).map_err(|error| {
         let remedy = match error {
             FlowError::InLine { .. } | FlowError::InRun { .. } => "Correct the file. Samples lie at equal intervals, so none can be left out.",
@@ -244,24 +216,14 @@ fn over_time(
         Choice::Paper => (AssimilationMethod::Paper, true),
         Choice::SquareRoot => (AssimilationMethod::SquareRoot, true),
     };
-    let progress = ui.progress("heater positions", records.runs.len() as u64);
-    let run = |method: AssimilationMethod, (heater, record): &(f64, _)| {
-        assimilate(&records.rig, closures, *heater, record, method, &Streams::new(args.seed))
-    };
-    let one = |record| {
-        let fit = run(method, record)?;
-        let beside = (args.plot && filters).then(|| run(AssimilationMethod::Batch, record)).transpose()?;
-        progress.advance(1);
-        Ok((fit, beside.map(|(report, _)| report)))
-    };
-    let fits: Result<Vec<_>, FlowError> = records.runs.par_iter().map(one).collect();
-    let (fits, beside): (Vec<_>, Vec<_>) = fits.map_err(|e| blame(e).at(dir))?.into_iter().unzip();
-    let (reports, states): (Vec<RunReport>, Vec<NamedStates>) = fits.into_iter().unzip();
+    let progress = ui.progress("places of the heat source", records.runs.len() as u64);
+    let done = || progress.advance(1);
+    let found = assimilate::infer(&records, closures, method, args.seed, args.plot && filters, &done);
     drop(progress);
-    let states = states.into_iter().flatten().collect();
+    let assimilate::OverTime { runs, states, batch } = found.map_err(|e| blame(e).at(dir))?;
     let source = dir.display().to_string();
-    let (document, states) = gather(args, records.kind, &records.rig, source, reports, states);
-    Ok((document, states, beside.into_iter().flatten().collect()))
+    let (document, states) = gather(args, records.kind, &records.rig, source, runs, states);
+    Ok((document, states, batch))
 }
 
 /// Readings under which no flow exists are the user's to mend; a search that gives up on sound ones is not.
@@ -287,58 +249,16 @@ fn gather(
     states: NamedStates,
 ) -> Inferred {
     let points = states.into_iter().collect();
-    let document = Document { kind, rig: rig.name.clone(), seed: args.seed, runs };
+    let document = FlowDocument { kind, rig: rig.name.clone(), seed: args.seed, runs };
     (document, BaseStates { kind, source, points })
 }
 
-fn unknowns_table(runs: &[RunReport]) -> Result<String, Failure> {
-    let head = ["heater_m", "unknown", "unit", "value", "low_2sd", "high_2sd", "posterior_over_prior_sd"];
-    let row = |run: &RunReport, u: &UnknownReport| {
-        let [at, value, low, high, shrinkage] =
-            [run.heater_m, u.value, u.low, u.high, u.shrinkage].map(|v| v.to_string());
-        vec![at, u.name.clone(), u.unit.clone(), value, low, high, shrinkage]
-    };
-    let rows = runs.iter().flat_map(|run| run.unknowns.iter().map(move |u| row(run, u)));
-    csv_table(std::iter::once(texts(&head)).chain(rows))
-}
-
-fn velocity_table(runs: &[RunReport]) -> Result<String, Failure> {
-    let head = [
-        "heater_m",
-        "power_w",
-        "ambient_k",
-        "heater_velocity_m_per_s",
-        "heater_velocity_sd_m_per_s",
-        "highest_sound_speed_m_per_s",
-        "highest_sound_speed_sd_m_per_s",
-    ];
-    let row = |run: &RunReport, p: &PowerReport| {
-        let hottest = p.profile.iter().max_by(|a, b| a.sound_speed.total_cmp(&b.sound_speed));
-        let (c, sd) = hottest.map_or((f64::NAN, f64::NAN), |h| (h.sound_speed, h.sound_speed_sd));
-        let numbers = [run.heater_m, p.power_w, p.ambient_k, p.heater_velocity, p.heater_velocity_sd, c, sd];
-        numbers.map(|v| v.to_string()).to_vec()
-    };
-    let rows = runs.iter().flat_map(|run| run.powers.iter().map(move |p| row(run, p)));
-    csv_table(std::iter::once(texts(&head)).chain(rows))
-}
-
-/// A virtual record: the model itself at the centre of its priors, with noise, for the paper's staircase of
-/// powers.
+/// Writes a virtual record.
 fn twin(args: &Args, closures: &Closures, ui: &Ui) -> Result<(), Failure> {
-    let rig = TubeRig::juniper_yoko_2022();
-    let powers = staircase(&[0.0, 7.0, 15.0, 30.0, 50.0, 80.0, 130.0, 180.0], 250);
-    let options = TwinOptions { powers, ..TwinOptions::default() };
-    let record = |heater: &f64| {
-        let pipe = Pipe::new(&rig, closures, *heater, 1)?;
-        let streams = Streams::new(args.seed);
-        let scores = vec![0.0; rijke_flow::UNKNOWNS + pipe.microphones().count()];
-        Ok((*heater, Twin::new(&pipe, &options, &streams, Some(&scores))?.record))
-    };
-    let runs: Result<Vec<_>, FlowError> = args.heaters.par_iter().map(record).collect();
-    let records = Records { kind: DataKind::Virtual, rig: rig.clone(), runs: runs.or_bad_input()? };
+    let records = assimilate::twins(closures, &args.places, args.seed).or_bad_input()?;
     let staged = StagedFolder::new(&args.out, "flow.toml", args.force)?;
     records.write(staged.path()).or_failed()?;
     staged.commit()?;
-    ui.note(format!("wrote a virtual record of {} heater positions", args.heaters.len()));
+    ui.note(format!("wrote a virtual record of {} places of the heat source", args.places.len()));
     Ok(())
 }

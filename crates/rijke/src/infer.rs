@@ -4,17 +4,15 @@
 use crate::{
     failure::{Classify, Failure},
     number,
-    results::{far_beyond, reasons},
+    results::reasons,
     staging::{StagedFolder, write_whole},
     study::{of_the_engine, warn_of_copies, warn_of_doubts},
     ui::Ui,
 };
-use rijke_engine::run::{EvidenceRecord, ModelRecord, Run, StageRecord, Trusted};
-use rijke_formula::{Context, Formula, Scope};
-use rijke_study::{OneTable, Study};
+use rijke_engine::run::{EvidenceRecord, FarOff, ModelRecord, Run, StageRecord, Trusted};
+use rijke_study::{OneTable, Study, filled_rig};
 use serde_json::json;
 use std::{f64::consts::TAU, path::PathBuf};
-use toml::{Table, Value};
 
 /// Infer unknown numbers of acoustic networks (a flame's gain and delay, an end's loss, a length) from
 /// measured growth rates, frequencies and mode shapes, and rank the networks by evidence.
@@ -162,7 +160,7 @@ fn print(ui: &Ui, found: &[Found]) {
         }
         let [growth, frequency, _] = f.model().misfit;
         ui.say(format!("  model error: {growth:.3} 1/s, {:.3} Hz", frequency / TAU));
-        let far = far_beyond(&f.stage.measured, f.model());
+        let far = FarOff::of(&f.stage.measured, f.model()).map(|far| far.words());
         let remarks = far.iter().map(String::as_str).chain(reasons(&f.model().remark));
         remarks.for_each(|remark| ui.say(format!("  check: {remark}")));
     }
@@ -188,93 +186,11 @@ fn keep(best: &Found, staged: &StagedFolder) -> Result<(), Failure> {
 
 /// The network file with numbers in the place of unknowns and factors.
 fn fitted(best: &Found) -> Result<String, Failure> {
-    let mut table: Table = toml::from_str(&best.table.rig).or_failed()?;
-    table.remove("unknown");
     let growth = |k: &usize| best.stage.measured[*k].growth_rate.map_or(f64::NEG_INFINITY, |g| g[0]);
     let row = (0..best.stage.measured.len()).max_by(|a, b| growth(a).total_cmp(&growth(b))).unwrap_or(0);
     let factors = best.study.campaign.factors.iter().zip(&best.stage.measured[row].factors);
     let mut numbers: Vec<(&str, f64)> =
         best.model().parameters.iter().map(|p| (p.name.as_str(), p.value)).collect();
     numbers.extend(factors.filter_map(|(f, v)| Some((f.name.as_str(), (*v)?))));
-    let mut table = Value::Table(table);
-    fill(&mut table, &numbers);
-    toml::to_string(&table).or_failed()
-}
-
-/// Keys whose texts are names and no formulas.
-const WORDS: [&str; 8] = ["name", "type", "present", "wall", "outlet", "reference_side", "source", "oscilos"];
-
-/// Puts numbers in the place of names in formulas, with or without the sign of an unknown.
-fn fill(value: &mut Value, numbers: &[(&str, f64)]) {
-    match value {
-        Value::String(text) => {
-            let filled = filled(text, numbers);
-            if filled == *text {
-                return;
-            }
-            let (scope, all) = (Scope::new(), |_| true);
-            let nothing = Context { scope: &scope, here: &all, parameters: &[], definitions: &[] };
-            // What still names something, such as the gas, stays a formula.
-            let number = Formula::parse(&filled, &nothing).map(|formula| formula.real(&[f64::NAN]));
-            *value = match number.ok().filter(|number| number.is_finite()) {
-                Some(number) => Value::Float(number),
-                None => Value::String(filled),
-            };
-        }
-        Value::Array(list) => list.iter_mut().for_each(|v| fill(v, numbers)),
-        Value::Table(table) => {
-            table
-                .iter_mut()
-                .filter(|(key, _)| !WORDS.contains(&key.as_str()))
-                .for_each(|(_, v)| fill(v, numbers));
-        }
-        _ => {}
-    }
-}
-
-/// A formula with numbers in the place of these names, each a word of its own.
-fn filled(text: &str, numbers: &[(&str, f64)]) -> String {
-    let inside = |c: char| c.is_alphanumeric() || c == '_' || c == '.';
-    let mut out = String::new();
-    let mut rest = text;
-    while let Some(c) = rest.chars().next() {
-        let length = rest.find(|c| !inside(c)).unwrap_or(rest.len()).max(c.len_utf8());
-        let (word, after) = rest.split_at(length);
-        rest = after;
-        match numbers.iter().find(|(name, _)| *name == word) {
-            Some((_, number)) => {
-                let plain = out.strip_suffix('$').map_or(out.len(), str::len);
-                out.truncate(plain);
-                out += &format!("({number:e})");
-            }
-            None => out += word,
-        }
-    }
-    out
-}
-
-#[cfg(test)]
-mod tests {
-    use super::{fill, filled};
-    use toml::{Table, Value};
-
-    /// Also of the file itself, and of a part called as a factor is.
-    #[test]
-    fn exact_names_of_files_and_parts_stay() {
-        let text = "name = \"flame with delay\"\n[[element]]\nname = \"delay\"\nlength = \"delay\"\nat = \"$delay/2\"\n";
-        let mut file = Value::Table(toml::from_str::<Table>(text).unwrap());
-        fill(&mut file, &[("delay", 0.4)]);
-        assert_eq!(file["name"].as_str(), Some("flame with delay"));
-        let part = &file["element"][0];
-        assert_eq!(part["name"].as_str(), Some("delay"));
-        assert_eq!((part["length"].as_float(), part["at"].as_float()), (Some(0.4), Some(0.2)));
-    }
-
-    #[test]
-    fn exact_names_are_filled_in_as_words() {
-        let numbers = [("tau", 2.0), ("tau2", 3.0), ("load", 4.0)];
-        assert_eq!(filled("$tau2*load/$tau + loads", &numbers), "(3e0)*(4e0)/(2e0) + loads");
-        assert_eq!(filled("12 mm", &numbers), "12 mm");
-        assert_eq!(filled("$tau", &numbers), "(2e0)");
-    }
+    filled_rig(&best.table.rig, &numbers).or_failed()
 }

@@ -13,9 +13,9 @@ use crate::{
     study::of_the_engine,
     ui::Ui,
 };
-use rijke_engine::SavedModel;
 use rijke_engine::run::{
-    AskedPoint, Averaged, Forecast, OpenModel, forecast, over_map, stability, with_points,
+    AskedPoint, Averaged, Forecast, OpenModel, at_other_maxima, beyond, forecast, over_map, stability,
+    with_points,
 };
 use rijke_report::answer_svg;
 use rijke_study::Study;
@@ -125,7 +125,8 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
         Some(grid) => (&places[..1], &grid.factors[..]),
         None => (&places[..], &[][..]),
     };
-    beyond(&study, &model, held, axes).iter().for_each(|said| ui.note(format!("warning: {said}")));
+    let far = beyond(&study, &model, held, axes);
+    far.iter().for_each(|far| ui.note(format!("warning: {}", far.words())));
     if !open.is_empty() {
         ui.note(format!(
             "the columns averaged_... are over this model and the {} that the evidence leaves open beside it, each as probable as its evidence makes it",
@@ -171,57 +172,6 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
         None => ui.say(text.trim_end()),
     }
     ui.result(&json!({ "stage": stage.id, "candidates": model.candidates, "points": found }))
-}
-
-/// How probable other maxima of the posterior of this model are, and where the most probable lies.
-fn at_other_maxima(model: &SavedModel, open: &[OpenModel]) -> Option<String> {
-    let itself: Vec<&OpenModel> = open.iter().filter(|o| o.model.candidates == model.candidates).collect();
-    let first = itself.iter().max_by(|a, b| a.odds.total_cmp(&b.odds))?;
-    let [here, there] = [model, &first.model].map(|m| m.posterior().ok().map(|p| p.gaussian));
-    let (here, there) = (here?, there?);
-    let apart = |k: usize| {
-        let name = &here.names[k];
-        let other = there.mean[there.names.iter().position(|n| n == name)?];
-        let sds = (other - here.mean[k]).abs() / here.covariance[(k, k)].sqrt();
-        (sds > 3.0).then(|| format!("{name} = {other:.4e} (here {:.4e})", here.mean[k]))
-    };
-    let values: Vec<String> = (0..here.names.len()).filter_map(apart).take(3).collect();
-    let odds: f64 = itself.iter().map(|o| o.odds).sum();
-    Some(format!(
-        "{} of them {} of this model at another maximum of its posterior; together they have {:.2} of its probability, and the most probable is at {}. \
-         All other columns are of one maximum: take the averaged ones",
-        itself.len(),
-        if itself.len() == 1 { "is" } else { "are" },
-        odds / (1.0 + odds),
-        values.join(", ")
-    ))
-}
-
-/// Factors, but for those of `axes`, that lie beyond those of the points that trained.
-fn beyond(study: &Study, model: &SavedModel, places: &[usize], axes: &[usize]) -> Vec<String> {
-    let points = &study.campaign.points;
-    let trained = |k: usize| {
-        let of = |id: &String| study.campaign.point(id).map(|(_, p)| p.factors[k]).filter(|v| v.is_finite());
-        let all = model.trained_on.iter().filter_map(of);
-        all.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| [low.min(v), high.max(v)])
-    };
-    let far = |place: &usize| {
-        let point = &points[*place];
-        let factors = study.campaign.factors.iter().enumerate().filter(|(k, _)| !axes.contains(k));
-        let said = factors.filter_map(move |(k, factor)| {
-            let ([low, high], v) = (trained(k), point.factors[k]);
-            let room = 1e-9 * (high - low).abs().max(high.abs());
-            let unit = factor.unit_in_print();
-            (v.is_finite() && low <= high && !(low - room..=high + room).contains(&v)).then(|| {
-                format!(
-                    "{}: {} = {v} {unit} is beyond the points that trained, {low} to {high} {unit}: the laws are extrapolated",
-                    point.id, factor.name
-                )
-            })
-        });
-        said.collect::<Vec<_>>()
-    };
-    places.iter().flat_map(far).collect()
 }
 
 fn table(study: &Study, found: &[Forecast]) -> Result<String, Failure> {

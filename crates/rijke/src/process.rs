@@ -184,7 +184,7 @@ fn make(
     })?;
     // Records with a campaign of their own know their days better than the plan of the study.
     if let Some(study) = study.as_ref().filter(|_| *of_the_study) {
-        said.extend(stated::temperatures(&mut processed.observations, study));
+        said.extend(study.give_temperatures(&mut processed.observations));
     }
     processed.notes.splice(0..0, said);
     processed.observations.write(folder.path()).or_failed()?;

@@ -7,7 +7,7 @@ use crate::{
     study::{doubts_of, observations, of_the_engine, open, warn_of, warn_of_left_out},
     ui::Ui,
 };
-use rijke_engine::run::{Answer, Asked, Judgement, Missing, Run, StageRecord, verdicts};
+use rijke_engine::run::{Answer, Asked, FarOff, Judgement, Missing, Run, StageRecord, verdicts};
 use serde::Serialize;
 use serde_json::json;
 use std::path::{Path, PathBuf};
@@ -265,8 +265,8 @@ fn table(ui: &Ui, stage: &StageRecord) {
             number::rounded(pressure)
         );
         ui.say(if trained { misfit } else { "      no mode was measured: nothing was trained".to_owned() });
-        if let Some(said) = crate::results::far_beyond(&stage.measured, model) {
-            ui.say(format!("      {said}"));
+        if let Some(far) = FarOff::of(&stage.measured, model) {
+            ui.say(format!("      {}", far.words()));
         }
         for p in &model.parameters {
             let averaged = p.averaged.map_or(String::new(), |[value, sd]| {

@@ -8,7 +8,8 @@ use crate::{
     figure, number,
     ui::Ui,
 };
-use answer::{Driven, Quantity};
+use answer::Driven;
+use rijke_network::file::DrivenQuantity as Quantity;
 use rijke_numerics::C64;
 use rijke_report::{ResponseCurve, ResponseFigure};
 use std::path::PathBuf;

@@ -8,7 +8,7 @@ use crate::{
     ui::Ui,
 };
 use rijke_engine::SavedModel;
-use rijke_engine::run::{MeasuredRecord, Missing, ModelRecord, StageRecord, TrainedParameter, Trusted};
+use rijke_engine::run::{Missing, StageRecord, TrainedParameter, Trusted};
 use rijke_inference::SamplerKind;
 use rijke_study::plan::Stage;
 use rijke_study::{ObservedModes, Study};
@@ -127,34 +127,6 @@ pub(crate) fn rank_first(dir: &Path) -> String {
 /// The reasons of a remark, which has a line for each.
 pub(crate) fn reasons(remark: &Option<String>) -> impl Iterator<Item = &str> {
     remark.iter().flat_map(|remark| remark.lines())
-}
-
-/// A misfit of so many measured errors is said if it is also so large a share of the growth rates, or of the
-/// frequencies: 0.3 % is 2 K. Where a rig comes out a little different each time it is set, errors of single
-/// measurements are exceeded by any model.
-const FAR: f64 = 10.0;
-const LARGE: [f64; 2] = [0.1, 3e-3];
-
-/// Says that a model misses the measurements by many of their errors, and by much.
-pub(crate) fn far_beyond(measured: &[MeasuredRecord], model: &ModelRecord) -> Option<String> {
-    type Pick = fn(&MeasuredRecord) -> Option<[f64; 2]>;
-    let picks: [Pick; 2] = [|m| m.growth_rate, |m| m.angular_frequency];
-    // The misfit over the root mean square of what was measured (0), and of its error (1).
-    let over = |k: usize, i: usize| {
-        let squares: Vec<f64> = measured.iter().filter_map(picks[k]).map(|v| v[i] * v[i]).collect();
-        let size = (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt();
-        if size > 0.0 { model.misfit[k].abs() / size } else { 0.0 }
-    };
-    (0..2).any(|k| over(k, 1) > FAR && over(k, 0) > LARGE[k]).then(|| {
-        format!(
-            "growth rates are missed by {:.0} % of their size, {:.0} times their stated errors, frequencies by {:.1} %, {:.0} times theirs: the model \
-             lacks something, or lengths, temperatures, the rate of the records or the order of points are wrong",
-            100.0 * over(0, 0),
-            over(0, 1),
-            100.0 * over(1, 0),
-            over(1, 1)
-        )
-    })
 }
 
 /// Says again what a stage lacks by its ranking, beside numbers that take its model for complete.

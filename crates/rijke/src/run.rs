@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 /// report.
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  rijke run examples/quarter-wave\n\n\
-    DIR holds rig.toml, campaign.csv, candidates/*.toml and study.toml, and observations/ or records/. Writes\n\
+    DIR holds rig.toml, campaign.csv or campaign.toml, candidates/*.toml and study.toml, and observations/ or records/. Writes\n\
     DIR/results with its page index.html. Steps that were finished before are kept, so an interrupted run goes on\n\
     where it was.")]
 pub(crate) struct Args {

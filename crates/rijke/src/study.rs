@@ -60,60 +60,15 @@ pub(crate) fn measured(folder: &Path) -> bool {
     ["observations.toml", "modes.csv", "pings.csv"].iter().any(|name| folder.join(name).is_file())
 }
 
-/// The temperature of a day is no nearer to that of a plan than this, K: beyond, one of the two is a slip.
-const UNLIKE: f64 = 15.0;
-
-/// Most points without an observation that are named.
-const NAMED: usize = 5;
-
 /// Warns of what has no effect, and of statements of a study that contradict its observations.
 pub(crate) fn warn_of(ui: &Ui, study: &Study, observations: &ObservedModes) -> Result<(), Failure> {
     study.unused().iter().for_each(|said| ui.note(format!("warning: {said}")));
     warn_of_doubts(ui, study);
     warn_of_copies(ui, study, observations);
-    if study.channels().map_err(|error| bad(&error))?.is_some()
-        && !study.plan.stages.iter().any(|s| s.channels)
-    {
-        ui.note(
-            "warning: observations/channels.toml states errors of gains and delays that all points share, but no stage has `channels = true`: \
-             without it they count as errors of each point alone, and parameters come out too certain",
-        );
-    }
-    if study.rig.microphones.channel_errors().is_some() && study.channels().is_ok_and(|c| c.is_none()) {
-        ui.note(
-            "warning: gain_sd and delay_sd of rig.toml count in stages of responses alone: for stages of modes state the errors of the channels in \
-             observations/channels.toml",
-        );
-    }
-    let nothing = |k: usize| observations.modes.iter().all(|m| m.point != k);
-    let meant = |point: &rijke_study::Point| {
-        study.plan.stages.iter().any(|s| s.points.first.is_none() && s.points.holds(&study.campaign, point))
-    };
-    let points = study.campaign.points.iter().enumerate();
-    let missing: Vec<&str> =
-        points.filter(|(k, p)| nothing(*k) && meant(p)).map(|(_, p)| p.id.as_str()).collect();
-    if !missing.is_empty() && !observations.modes.is_empty() {
-        let more = missing.len().saturating_sub(NAMED);
-        ui.note(format!(
-            "{} points of stages have no observation: {}{}; they train nothing",
-            missing.len(),
-            missing[..missing.len() - more].join(", "),
-            if more > 0 { format!(" and {more} more") } else { String::new() }
-        ));
-    }
-    let differs = |(k, point): (usize, &rijke_study::Point)| {
-        let ([stated, _], [read, _]) = (point.ambient?, *observations.ambient.get(&k)?);
-        ((stated - read).abs() > UNLIKE)
-            .then(|| format!("{} ({stated} K there, {read} K with the records)", point.id))
-    };
-    let points: Vec<String> = study.campaign.points.iter().enumerate().filter_map(differs).collect();
-    if let Some(first) = points.first() {
-        ui.note(format!(
-            "warning: at {} points, first {first}, campaign.csv and the records state different ambient temperatures; those of the records count \
-             (observations/points.csv); correct T_amb, or process the records again",
-            points.len()
-        ));
-    }
+    let idle = study.idle_channels().map_err(|error| bad(&error))?;
+    idle.iter().for_each(|said| ui.note(format!("warning: {said}")));
+    study.unobserved(observations).iter().for_each(|said| ui.note(said));
+    study.other_temperatures(observations).iter().for_each(|said| ui.note(format!("warning: {said}")));
     Ok(())
 }
 

@@ -194,8 +194,7 @@ fn table(ui: &Ui, stage: &ResponseStageRecord) {
         stage.title,
         stage.loads.len()
     ));
-    let mut models: Vec<&ResponseModelRecord> = stage.models.iter().collect();
-    models.sort_by(|a, b| b.ln_evidence().total_cmp(&a.ln_evidence()));
+    let models = stage.by_evidence();
     let best = models.first().map_or(0.0, |m| m.ln_evidence());
     for model in &models {
         if model.evidence.is_none() {

@@ -15,8 +15,8 @@ mod words;
 
 pub use blow::{BlowFit, BlowMode, BlowOptions, combine_blows, fit_blow};
 pub use campaign::{
-    Kept, LiveRecord, PointScatter, ProcessError, ProcessOptions, Processed, click_options, kirchhoff,
-    process, process_again, record_count,
+    Kept, LiveRecord, PointScatter, ProcessError, ProcessOptions, Processed, click_options, process,
+    process_again, record_count,
 };
 pub use click::{ClickFit, ClickOptions, ClickPicture, Extent, Reflection, fit_click, picture_click};
 pub use delays::{CalibrationError, ChannelDelays, ChannelPriors, KnownClick};
@@ -25,7 +25,7 @@ pub use ping::{Drift, MajorityFit, PingFit, PingOptions, PingPicture, fit_majori
 pub use random::{
     ChannelGains, Field, GainPair, LossBand, PressureFault, RelativePressures, Spectra, Swept, SweptOptions,
     SwitchedDoubt, SwitchedFault, SwitchedGains, TransferEstimate, TransmissionLoss, TransmissionTube,
-    Transmitted, TubeErrors,
+    Transmitted, TubeDuct, TubeErrors,
 };
 pub use repeats::{Repeats, combine, pool};
 pub use trace::Trace;

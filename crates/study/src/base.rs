@@ -9,6 +9,8 @@ use rijke_rig::GasState;
 pub struct PointState {
     /// The gas.
     pub gas: GasModel,
+    /// Stretches of the ducts with another gas, m from upstream to downstream, and that.
+    pub other_gases: Vec<([f64; 2], GasModel)>,
     /// Mean pressure, Pa.
     pub pressure: f64,
     /// Mass flow from upstream to downstream, kg/s.
@@ -39,6 +41,9 @@ pub struct BaseError {
     /// Change of the temperature at the places, K.
     pub temperature: Vec<f64>,
 }
+
+/// Places closer than this part of the length are the same.
+const SAME: f64 = 1e-9;
 
 /// No gas of a rig is hotter, K.
 const HOTTEST: f64 = 1e4;
@@ -119,6 +124,7 @@ impl PointState {
         let error = BaseError { cause, mass_flow: 0.0, numbers: Vec::new(), temperature: vec![sd; 2] };
         Self {
             gas: rig.gas.clone(),
+            other_gases: Vec::new(),
             pressure: rig.pressure,
             mass_flow: 0.0,
             numbers: Vec::new(),
@@ -133,7 +139,7 @@ impl PointState {
     #[must_use]
     pub fn of_the_rig(rig: &Rig, layout: &RigAtPoint, point: &Point, ambient: [f64; 2]) -> Self {
         let day = Cause::ambient(point);
-        let mut state = Self::uniform(rig, layout.length, ambient[0], 0.0, day.clone());
+        let mut state = Self::uniform(rig, layout.length, ambient[0], 0.0, day.clone()).in_ducts(layout);
         let at = |duct: &DuctAt| {
             let n = duct.temperatures.len().max(2);
             let share = |k: usize| duct.span[0] + (duct.span[1] - duct.span[0]) * k as f64 / (n - 1) as f64;
@@ -197,7 +203,29 @@ impl PointState {
         Ok(self)
     }
 
-    /// Whether the gas is the same everywhere.
+    /// The same with the gas of ducts that have another than the rig.
+    #[must_use]
+    pub fn in_ducts(self, layout: &RigAtPoint) -> Self {
+        let other = |duct: &DuctAt| Some((duct.span, duct.gas.clone()?));
+        Self { other_gases: layout.ducts.iter().filter_map(other).collect(), ..self }
+    }
+
+    /// The gas just upstream (0) or just downstream (1) of `x`; beyond the ends that of the end.
+    #[must_use]
+    pub fn gas_beside(&self, x: f64, side: usize) -> &GasModel {
+        if self.other_gases.is_empty() {
+            return &self.gas;
+        }
+        let length = self.places.last().copied().unwrap_or(0.0);
+        let slack = SAME * length;
+        let upstream = (side == 0 && x > slack) || x >= length - slack;
+        let holds = |[from, to]: [f64; 2]| {
+            if upstream { from + slack < x && x <= to + slack } else { from - slack <= x && x < to - slack }
+        };
+        self.other_gases.iter().find(|(span, _)| holds(*span)).map_or(&self.gas, |(_, gas)| gas)
+    }
+
+    /// Whether the temperature is the same everywhere.
     #[must_use]
     pub fn is_uniform(&self) -> bool {
         self.temperature.iter().all(|t| *t == self.temperature[0])
@@ -221,17 +249,18 @@ impl PointState {
     /// All gas properties at `x`, on the upstream side of a step.
     #[must_use]
     pub fn at(&self, x: f64) -> GasState {
-        self.gas.at(self.temperatures(x)[0], self.pressure)
+        self.gas_beside(x, 0).at(self.temperatures(x)[0], self.pressure)
     }
 
-    /// Averages over one stretch.
+    /// Averages over one stretch, of one gas.
     #[must_use]
     pub fn stretch(&self, from: f64, to: f64) -> GasStretch {
         let [density, compliance] =
             self.means(from, to, |g| [g.density, 1.0 / (g.density * g.sound_speed.powi(2))]);
-        let temperature = self.pressure / (self.gas.constant() * density);
+        let gas = self.gas_beside(0.5 * (from + to), 0);
+        let temperature = self.pressure / (gas.constant() * density);
         let sound_speed = (density * compliance).sqrt().recip();
-        GasStretch { from, to, density, sound_speed, gas: self.gas.at(temperature, self.pressure) }
+        GasStretch { from, to, density, sound_speed, gas: gas.at(temperature, self.pressure) }
     }
 
     /// Time that sound needs from `from` to `to` in gas at rest, s.
@@ -264,9 +293,12 @@ impl PointState {
             return properties(&self.at(from));
         }
         let mut sums = [0.0; N];
-        let inner = self.places.iter().copied().filter(|&p| p > from && p < to);
+        let borders = self.other_gases.iter().flat_map(|(span, _)| *span);
+        let inner = self.places.iter().copied().chain(borders).filter(|&p| p > from && p < to);
+        let mut rights: Vec<f64> = inner.chain([to]).collect();
+        rights.sort_by(f64::total_cmp);
         let mut left = from;
-        for right in inner.chain([to]) {
+        for right in rights {
             let (middle, half) = (0.5 * (left + right), 0.5 * (right - left));
             let node = 0.6_f64.sqrt() * half;
             for (x, weight) in [(middle - node, 5.0 / 9.0), (middle, 8.0 / 9.0), (middle + node, 5.0 / 9.0)] {
@@ -289,6 +321,7 @@ mod tests {
         let gas = GasModel::Perfect { gamma: 1.4, constant: 287.0, viscosity: [1.8e-5, 300.0], prandtl: 0.7 };
         let state = PointState {
             gas: gas.clone(),
+            other_gases: Vec::new(),
             pressure: 1e5,
             mass_flow: 0.0,
             numbers: Vec::new(),

@@ -1,7 +1,7 @@
 //! What a folder says that can be so, and most often is a slip.
 
 use crate::campaign::RESERVED;
-use crate::{Campaign, ObservedModes, Point, Study};
+use crate::{Campaign, ObservedModes, Point, Study, StudyProblem};
 use std::collections::HashMap;
 use std::f64::consts::PI;
 
@@ -24,6 +24,24 @@ impl Study {
         all.extend(self.without_factor());
         all.extend(self.sizes());
         all
+    }
+
+    /// Refuses an operating point at which a length, an area, a temperature or a place is impossible; what a
+    /// factor without value leaves open is not judged. `ambient` (K) is where the campaign states none.
+    ///
+    /// # Errors
+    /// [`StudyProblem::AtPoint`].
+    pub fn possible(&self, ambient: f64) -> Result<(), StudyProblem> {
+        for point in &self.campaign.points {
+            match self.rig.at(point, point.ambient.map_or(ambient, |t| t[0])) {
+                Err(StudyProblem::Value { value, .. }) if value.contains("NaN") => {}
+                Err(problem) => {
+                    return Err(StudyProblem::AtPoint { point: point.id.clone(), source: Box::new(problem) });
+                }
+                Ok(_) => {}
+            }
+        }
+        Ok(())
     }
 
     /// Points that stages would take if a factor had a value.
@@ -56,8 +74,9 @@ impl Study {
         }
         let said = |((factor, stage), points): ((String, String), Vec<&str>)| {
             format!(
-                "campaign.csv: no stage takes {}, because `{factor}` is empty or nan there and the points of stage `{stage}` are chosen by it: give \
+                "{}: no stage takes {}, because `{factor}` is empty there and the points of stage `{stage}` are chosen by it: give \
                  its value, as 0 where nothing is set",
+                campaign.file,
                 named(&points)
             )
         };
@@ -138,8 +157,9 @@ impl Campaign {
         let near = |name: &str| RESERVED.iter().find(|known| is_near(name, known));
         let said = |(name, known): (&str, &str)| {
             format!(
-                "campaign.csv: the column `{name}` is a factor, and its name is nearly `{known}`, a column with a meaning of its own: correct the \
-                 name, or call the factor otherwise"
+                "{}: the column `{name}` is a factor, and its name is nearly `{known}`, a column with a meaning of its own: correct the \
+                 name, or call the factor otherwise",
+                self.file
             )
         };
         self.factors.iter().filter_map(|f| Some(said((&f.name, near(&f.name)?)))).collect()
@@ -221,7 +241,7 @@ mod tests {
         write("rig.toml", &rig("0.05", "[0.1, 0.5]"));
         write(
             "campaign.csv",
-            "point,row,Q [W],T_amb [K]\na,cold,0,293\nb,hot,50,293\nc,hot,nan,293\nd,hot,,293\n",
+            "point,row,Q [W],T_amb [K]\na,cold,0,293\nb,hot,50,293\nc,hot,,293\nd,hot,-,293\n",
         );
         write(
             "study.toml",

@@ -66,6 +66,25 @@ pub enum StudyProblem {
         /// The duct.
         part: String,
     },
+    /// A duct of another gas where the flow of one gas is inferred.
+    #[error(
+        "rig.toml gives `{part}` a gas of its own, and this base state is inferred for one gas; write base = \"rig\" or \"ambient\", or take gamma \
+         and gas_constant out of `{part}`"
+    )]
+    OtherGas {
+        /// The duct.
+        part: String,
+    },
+    /// What is impossible at an operating point.
+    #[error(
+        "at operating point {point}: {source}; correct the formula in rig.toml, or what the campaign has for this point"
+    )]
+    AtPoint {
+        /// The operating point.
+        point: String,
+        /// What is wrong there.
+        source: Box<StudyProblem>,
+    },
     /// A quantity whose unit is unknown or of another dimension.
     #[error("`{key}`: {source}")]
     Unit {

@@ -53,14 +53,14 @@ impl Origin {
 }
 
 impl Study {
-    /// Reads `rig.toml`, `campaign.csv`, `candidates/*.toml`, `study.toml` and, if there, `paper.toml`; the
-    /// observations are read by [`Study::observations`], because a study is checked before anything is
-    /// measured.
+    /// Reads `rig.toml`, `campaign.csv` or `campaign.toml`, `candidates/*.toml`, `study.toml` and, if there,
+    /// `paper.toml`; the observations are read by [`Study::observations`], because a study is checked before
+    /// anything is measured.
     ///
     /// # Errors
     /// File, line and remedy.
     pub fn open(folder: &Path) -> Result<Self, StudyError> {
-        let campaign = Campaign::read(&folder.join("campaign.csv"))?;
+        let campaign = Campaign::of(folder)?;
         let rig = Rig::read(&folder.join("rig.toml"), &campaign)?;
         let catalogue = candidates(&folder.join("candidates"), &rig)?;
         let plan = Plan::read(&folder.join("study.toml"), &rig, &campaign, &catalogue)?;
@@ -139,7 +139,7 @@ impl Study {
                 |p| matches!(&self.plan.base, Base::States(points) if points.holds(&self.campaign, p));
             if self.campaign.point(id).is_some_and(|(_, point)| !inferred(point)) {
                 let (key, value) = ("point".to_owned(), id.to_owned());
-                let need = "a point whose state study.toml takes from the flow, because it was passed on a ramp: add it to `points` of [base.states], or take it out of campaign.csv";
+                let need = "a point whose state study.toml takes from the flow, because it was passed on a ramp: add it to `points` of [base.states], or take it out of the campaign";
                 return Err(source.at_line(source.line_of(&record), StudyProblem::Value { key, value, need }));
             }
         }

@@ -1,5 +1,6 @@
 #![doc = include_str!("../README.md")]
 
+mod against;
 mod ambient;
 mod base;
 mod campaign;
@@ -7,7 +8,9 @@ mod catalogue;
 mod claims;
 mod doubtful;
 mod error;
+mod filled;
 mod folder;
+mod foreseen;
 mod head;
 mod heated;
 mod law;
@@ -26,10 +29,12 @@ pub use campaign::{Campaign, Factor, Point, SURROUNDINGS};
 pub use catalogue::Catalogue;
 pub use claims::{ClaimNumber, Claims, Statement, Take};
 pub use error::{StudyError, StudyProblem};
+pub use filled::filled_rig;
 pub use folder::Study;
+pub use foreseen::{States, Unforeseen};
 pub use head::ErrorTerm;
 pub use heated::{GasReading, HeatedFit, heated_states, read_readings};
-pub use law::{Candidate, Coefficient, Effect, Hears, MeanFlow, Place};
+pub use law::{Candidate, Coefficient, Effect, Hears, MeanFlow, Place, Spread};
 pub use modes::{ObservedMode, ObservedModes, hertz, read_modes};
 pub use one_table::OneTable;
 pub use rig::{Duct, DuctAt, GasModel, Instruments, PIECES, Part, PartAt, Rig, RigAtPoint, Shape, Value};

@@ -54,8 +54,10 @@ pub const WALL_EP: usize = 21;
 pub const LEVINE_SCHWINGER: usize = 22;
 /// Reflection coefficient of an end in a baffle.
 pub const FLANGED: usize = 23;
+/// Density just downstream.
+pub const DENSITY_AFTER: usize = 24;
 
-const BUILT_IN: [(&str, &str, &str, Kind); 23] = [
+const BUILT_IN: [(&str, &str, &str, Kind); 24] = [
     ("rho", "kg/m^3", "density", Kind::Local),
     ("c", "m/s", "speed of sound", Kind::Local),
     ("T", "K", "gas temperature", Kind::Local),
@@ -94,6 +96,7 @@ const BUILT_IN: [(&str, &str, &str, Kind); 23] = [
         "reflection coefficient of an end in an infinite baffle, by Rayleigh's piston",
         Kind::Analytic,
     ),
+    ("rho_2", "kg/m^3", "density just downstream of a place", Kind::Local),
 ];
 
 /// The factors of the campaign among the names.
@@ -149,6 +152,7 @@ mod tests {
             ("A_2", AREA_AFTER),
             ("L", LENGTH),
             ("R_flanged", FLANGED),
+            ("rho_2", DENSITY_AFTER),
         ] {
             assert_eq!(scope.find(name), Some(place), "{name}");
         }

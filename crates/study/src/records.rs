@@ -20,7 +20,7 @@ impl Study {
         let Some(first) = self.campaign.points.first() else {
             return Err(fail(StudyProblem::Empty {
                 what: "operating point",
-                need: "add a row to campaign.csv",
+                need: "add it to the campaign",
             }));
         };
         let layout = self.rig.at(first, LAID_OUT).map_err(fail)?;

@@ -106,6 +106,7 @@ impl StateRecord {
         };
         let state = PointState {
             gas: rig.gas.clone(),
+            other_gases: Vec::new(),
             pressure: rig.pressure,
             mass_flow: self.mass_flow,
             numbers: places.into_iter().zip(self.numbers.values().copied()).collect(),

@@ -88,6 +88,7 @@ fn moved(base: &PointState, times: f64, by: &[f64]) -> PointState {
     let (own, temperatures) = by.split_at(1 + base.numbers.len());
     PointState {
         gas: base.gas.clone(),
+        other_gases: base.other_gases.clone(),
         mass_flow: base.mass_flow + times * own[0],
         numbers: base.numbers.iter().zip(&own[1..]).map(|((n, v), d)| (*n, v + times * d)).collect(),
         places: base.places.clone(),

@@ -1,7 +1,9 @@
 //! Laws of effects, put where they act.
 
 use super::cuts::Piece;
+use super::hear::Source;
 use super::model::{LawAt, PointModel};
+use super::spread::SpreadAt;
 use crate::assembly::part_of_wall;
 use crate::conditions::Conditions;
 use rijke_network::{NetworkError, Slot};
@@ -23,7 +25,13 @@ impl PointModel<'_> {
         &self.assembly.candidates()[law.candidate].effects[law.effect]
     }
 
-    pub(super) fn attach(&mut self, conditions: &Conditions, pieces: &[Piece]) -> Result<(), NetworkError> {
+    /// Puts all laws where they act; the sources that answer to a velocity elsewhere are returned.
+    pub(super) fn attach(
+        &mut self,
+        conditions: &Conditions,
+        pieces: &[Piece],
+    ) -> Result<Vec<Source>, NetworkError> {
+        let mut sources = Vec::new();
         let layout = &conditions.layout;
         // One set of surroundings per distinct gas and area: in a cold uniform tube every segment shares it.
         let mut local: Vec<usize> = Vec::with_capacity(pieces.len());
@@ -50,12 +58,21 @@ impl PointModel<'_> {
             }
             let mut shared = Shared::default();
             for (x, share) in layout.places(&effect.place) {
-                let here = self.note(conditions.around(x));
-                if effect.hears.is_some() {
+                if let Some(hears) = effect.hears.clone() {
                     // Attached when all else is, see `listen`.
-                    self.law(candidate, number, here);
+                    let (law, part) = (self.laws.len(), effect.place_text.clone());
+                    let around: Vec<Vec<f64>> = match &hears.spread {
+                        None => vec![conditions.around(x)],
+                        Some(spread) => SpreadAt::new(spread, x, layout).around(conditions).collect(),
+                    };
+                    for here in around {
+                        let here = self.note(here);
+                        self.law(candidate, number, here);
+                    }
+                    sources.push(Source { law, x, hears, part });
                     continue;
                 }
+                let here = self.note(conditions.around(x));
                 if effect.place.is_end() {
                     let law = self.law(candidate, number, here);
                     let slot = if x > 0.0 { Slot::Downstream } else { Slot::Upstream };
@@ -67,7 +84,7 @@ impl PointModel<'_> {
                 }
             }
         }
-        Ok(())
+        Ok(sources)
     }
 
     /// A law per metre over a stretch.

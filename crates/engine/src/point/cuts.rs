@@ -1,5 +1,6 @@
 //! Where the ducts are cut into segments, and the gas of each.
 
+use super::spread::flames;
 use crate::assembly::Assembly;
 use crate::conditions::Conditions;
 use rijke_network::Segment;
@@ -36,8 +37,9 @@ pub(super) fn all(
     let Conditions { layout, base, .. } = conditions;
     let effects = || assembly.candidates().iter().flat_map(|c| &c.effects);
     let devices = effects().flat_map(|e| layout.places(&e.place)).map(|(x, _)| x);
+    let spread = effects().flat_map(|e| flames(e, layout)).flat_map(|flame| flame.cuts().collect::<Vec<_>>());
     let inserts = effects().flat_map(|e| layout.stretches(&e.place)).flatten();
-    let mut cuts: Vec<f64> = instruments.chain(devices).chain(inserts).collect();
+    let mut cuts: Vec<f64> = instruments.chain(devices).chain(spread).chain(inserts).collect();
     for duct in &layout.ducts {
         let [from, to] = duct.span;
         let cone = duct.area[0] != duct.area[1];
@@ -98,7 +100,8 @@ fn halves(base: &PointState, from: f64, to: f64) -> [GasStretch; 2] {
     let middle = 0.5 * (from + to);
     let [lower, upper] = [base.stretch(from, middle), base.stretch(middle, to)];
     let mean = 0.5 * (lower.density + upper.density);
-    let gas = base.gas.at(base.pressure / (base.gas.constant() * mean), base.pressure);
+    let gas = base.gas_beside(middle, 0);
+    let gas = gas.at(base.pressure / (gas.constant() * mean), base.pressure);
     let apart = 2.0 / 3.0 * (upper.density - lower.density);
     [(lower, -apart), (upper, apart)].map(|(part, apart)| {
         let density = mean + apart;

@@ -134,7 +134,7 @@ impl<'m> Coefficients for Filled<'m> {
     }
 
     fn laws(&self) -> usize {
-        self.model.laws.len() + 2 * self.model.heard.len()
+        self.model.laws.len() + 2 * self.model.heard.len() + 4 * self.model.spread.len()
     }
 
     fn fill(&self, at: &At, laws: &mut Laws) {
@@ -153,7 +153,9 @@ impl<'m> Coefficients for Filled<'m> {
     fn poles_in(&self, region: &Region) -> Result<Vec<Pole>, NetworkError> {
         let acting = |(k, law, effect): (usize, &LawAt, &'m Effect)| {
             let owner = [law.candidate, law.around];
-            (!effect.place.is_along()).then_some(Acting { law: k, owner, formula: &effect.law })
+            // The pieces of a spread flame have the poles of the first.
+            let has = !effect.place.is_along() && !self.model.spread.iter().any(|flame| flame.repeats(k));
+            has.then_some(Acting { law: k, owner, formula: &effect.law })
         };
         let acting: Vec<Acting<'_>> = self.in_order().filter_map(acting).collect();
         let mut all = poles(&acting, region, |k, part, s| {
@@ -172,7 +174,7 @@ impl<'m> Coefficients for Filled<'m> {
 
     fn name(&self, law: usize) -> String {
         let number = match law.checked_sub(self.model.laws.len()) {
-            Some(beyond) => self.model.heard.get(beyond / 2).map_or(law, |heard| heard.law),
+            Some(beyond) => self.model.heard_law(beyond).unwrap_or(law),
             None => law,
         };
         let Some(law) = self.model.laws.get(number) else { return format!("law {law}") };

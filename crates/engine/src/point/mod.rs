@@ -7,6 +7,7 @@ mod hear;
 mod model;
 mod poles;
 mod probe;
+mod spread;
 mod together;
 
 pub(crate) use poles::{Acting, poles};
@@ -79,6 +80,7 @@ impl<'a> PointModel<'a> {
             surroundings: Vec::new(),
             order: Vec::new(),
             heard: Vec::new(),
+            spread: Vec::new(),
             places,
             cuts,
             reference,
@@ -100,10 +102,10 @@ impl<'a> PointModel<'a> {
         };
         let found = further.iter().map(|x| network.place_at(*x)).collect::<Result<_, _>>().map_err(fail)?;
         let mut model = bare(network, None, places, found);
-        model.attach(conditions, &stretches).map_err(fail)?;
+        let sources = model.attach(conditions, &stretches).map_err(fail)?;
         model.complete_walls();
         model.forget_unused();
-        model.listen(conditions, &stretches)?;
+        model.listen(conditions, &stretches, sources)?;
         model.flowing = model.in_flow(conditions, &stretches).map_err(fail)?;
         if model.flowing.is_some() && assembly.rig.is_choked {
             return Err(EngineError::Choked { point: conditions.id.clone() });

@@ -85,7 +85,8 @@ impl PointModel<'_> {
                         if heard.distance < 0.0 { of(&self.laws[heard.law]) } else { [usize::MAX; 2] };
                     [owner; 2]
                 });
-                self.laws.iter().map(of).chain(heard).collect()
+                let spread = self.spread.iter().flat_map(|flame| [of(&self.laws[flame.source.law]); 4]);
+                self.laws.iter().map(of).chain(heard).chain(spread).collect()
             }
             Some(shape) => {
                 let of = |law: &LawOf| match *law {

@@ -106,6 +106,27 @@ pub struct ResponseModelRecord {
     pub remark: Option<String>,
 }
 
+impl ResponseStageRecord {
+    /// The models, the most evidence first.
+    #[must_use]
+    pub fn by_evidence(&self) -> Vec<&ResponseModelRecord> {
+        let mut all: Vec<&ResponseModelRecord> = self.models.iter().collect();
+        all.sort_by(|a, b| b.ln_evidence().total_cmp(&a.ln_evidence()));
+        all
+    }
+}
+
+impl ForeseenModel {
+    /// A parameter that keeps more of its prior width is not told by the data: half of the variance.
+    const NOT_TOLD: f64 = std::f64::consts::FRAC_1_SQRT_2;
+
+    /// The parameters that the data would not tell, each with the share of its prior width that it keeps.
+    pub fn not_told(&self) -> impl Iterator<Item = (&str, f64)> {
+        let all = self.widths.iter().map(|(name, width)| (name.as_str(), *width));
+        all.filter(|(_, width)| *width > Self::NOT_TOLD)
+    }
+}
+
 impl ResponseModelRecord {
     /// ln of the evidence; -inf if there is none.
     #[must_use]

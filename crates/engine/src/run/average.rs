@@ -10,6 +10,8 @@ use serde::{Deserialize, Serialize};
 
 /// The most models that predictions are averaged over, beside the one that goes on.
 const MOST: usize = 15;
+/// Standard deviations beyond which a value tells one maximum from another.
+const APART: f64 = 3.0;
 
 /// A model that is open beside the one that goes on from a stage.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -18,6 +20,32 @@ pub struct OpenModel {
     pub odds: f64,
     /// The model.
     pub model: SavedModel,
+}
+
+/// How probable other maxima of the posterior of this model are, of those that are open beside it, and where
+/// the most probable lies: a sentence, if there are any.
+#[must_use]
+pub fn at_other_maxima(model: &SavedModel, open: &[OpenModel]) -> Option<String> {
+    let itself: Vec<&OpenModel> = open.iter().filter(|o| o.model.candidates == model.candidates).collect();
+    let first = itself.iter().max_by(|a, b| a.odds.total_cmp(&b.odds))?;
+    let [here, there] = [model, &first.model].map(|m| m.posterior().ok().map(|p| p.gaussian));
+    let (here, there) = (here?, there?);
+    let apart = |k: usize| {
+        let name = &here.names[k];
+        let other = there.mean[there.names.iter().position(|n| n == name)?];
+        let sds = (other - here.mean[k]).abs() / here.covariance[(k, k)].sqrt();
+        (sds > APART).then(|| format!("{name} = {other:.4e} (here {:.4e})", here.mean[k]))
+    };
+    let values: Vec<String> = (0..here.names.len()).filter_map(apart).take(3).collect();
+    let odds: f64 = itself.iter().map(|o| o.odds).sum();
+    Some(format!(
+        "{} of them {} of this model at another maximum of its posterior; together they have {:.2} of its probability, and the most probable is at {}. \
+         All other columns are of one maximum: take the averaged ones",
+        itself.len(),
+        if itself.len() == 1 { "is" } else { "are" },
+        odds / (1.0 + odds),
+        values.join(", ")
+    ))
 }
 
 impl Run {

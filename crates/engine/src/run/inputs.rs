@@ -125,9 +125,10 @@ pub(super) fn conditions_or_ambient(
     };
     let layout = rig.at(point, ambient[0]).map_err(fail)?;
     let base = match (inferred, &study.plan.base) {
-        (Some(state), _) => state.clone(),
+        (Some(state), _) => state.clone().in_ducts(&layout),
         (None, Base::Rig) => PointState::of_the_rig(rig, &layout, point, ambient),
-        (None, _) => PointState::uniform(rig, layout.length, ambient[0], ambient[1], Cause::ambient(point)),
+        (None, _) => PointState::uniform(rig, layout.length, ambient[0], ambient[1], Cause::ambient(point))
+            .in_ducts(&layout),
     };
     let base = base.checked(&point.id).map_err(fail)?;
     Ok(Conditions { id: point.id.clone(), point: point.clone(), layout, base })

@@ -7,6 +7,7 @@ mod answers;
 mod asked;
 mod assumed;
 mod average;
+mod beyond;
 mod checks;
 mod claims;
 mod compete;
@@ -14,6 +15,7 @@ mod course;
 mod doubts;
 mod earlier;
 mod elsewhere;
+mod far;
 mod followed;
 mod foresight;
 mod found;
@@ -33,13 +35,18 @@ mod sliders;
 mod so_far;
 mod stages;
 
-pub use answers::{Answer, AnswerPanel, Layer, LayerLook, stability, symbol, with_sd};
+pub use answers::{
+    Answer, AnswerPanel, Layer, LayerLook, MapNodes, gains_along, left_out_table, residuals_over_factors,
+    stability, symbol, with_sd,
+};
 pub use asked::{Unpredicted, forecast, modes_at};
-pub use average::OpenModel;
+pub use average::{OpenModel, at_other_maxima};
+pub use beyond::{Beyond, beyond};
 pub use checks::Datum;
 pub use claims::{Judgement, agreement, models, verdicts};
 pub use course::{Chosen, Run, Trusted};
 pub use elsewhere::{AskedPoint, over_map, with_points};
+pub use far::FarOff;
 pub use foresight::{Foreseen, StageForesight, foresight};
 pub use found::{Asked, Checks, ExactLengths, Family, LengthError, Missing, PointCheck, SumCheck};
 pub use frame::{Frame, FrameColumn, FrameRow};

@@ -16,7 +16,7 @@ pub(crate) struct Extents {
     pub(crate) diameters: Vec<Jet>,
     /// Total length, m.
     pub(crate) length: Jet,
-    /// The gas of every duct of unknown temperature.
+    /// The gas of every duct of unknown temperature or unknown gas.
     pub(crate) gas: Vec<Option<Properties>>,
 }
 
@@ -34,13 +34,14 @@ impl ShapeModel<'_> {
             Shape::Duct(duct) => [number(&duct.length), number(&duct.area[0])],
             _ => [space.real(f64::NAN), space.real(f64::NAN)],
         };
-        let gas = |k: &usize| match &parts[*k].shape {
-            Shape::Duct(duct) => match duct.temperatures.first()? {
-                unknown @ Value::Unknown(..) => {
-                    Some(properties(&self.assembly.rig.gas, &number(unknown), self.pressure))
-                }
-                _ => None,
-            },
+        let gas = |(k, part): (usize, &usize)| match &parts[*part].shape {
+            Shape::Duct(duct) if parts[*part].is_of_unknown_gas() => {
+                let known = || space.real(self.temperatures[k]);
+                let unknown = duct.temperatures.first().filter(|t| t.unknown().is_some());
+                let own = [0, 1].map(|i| duct.gas[i].as_ref().map(&number));
+                let temperature = unknown.map_or_else(known, &number);
+                Some(properties(&self.assembly.rig.gas, own, &temperature, self.pressure))
+            }
             _ => None,
         };
         let ducts: Vec<[Jet; 2]> = self.ducts.iter().map(duct).collect();
@@ -65,7 +66,7 @@ impl ShapeModel<'_> {
             lengths: places.windows(2).map(|pair| &pair[1] - &pair[0]).collect(),
             diameters: areas.iter().map(|area| area.scale(wide).sqrt()).collect(),
             areas,
-            gas: self.ducts.iter().map(gas).collect(),
+            gas: self.ducts.iter().enumerate().map(gas).collect(),
             length: ends.last().cloned().unwrap_or_else(|| space.real(0.0)),
         }
     }

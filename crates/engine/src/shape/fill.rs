@@ -9,12 +9,12 @@ use rijke_formula::{Formula, Here};
 use rijke_network::{At, Coefficients, Laws, laws::Law, levine_schwinger};
 use rijke_numerics::{C64, Jet, JetSpace};
 use rijke_study::names::{
-    AREA, AREA_AFTER, DENSITY, DIAMETER, FLANGED, LENGTH, LEVINE_SCHWINGER, MACH, MASS_FLUX, PERIMETER, S,
-    SOUND_SPEED, TEMPERATURE, TEMPERATURE_AFTER, VELOCITY, WALL_EP, WALL_MU,
+    AREA, AREA_AFTER, DENSITY, DENSITY_AFTER, DIAMETER, FLANGED, LENGTH, LEVINE_SCHWINGER, MACH, MASS_FLUX,
+    PERIMETER, S, SOUND_SPEED, TEMPERATURE, TEMPERATURE_AFTER, VELOCITY, WALL_EP, WALL_MU,
 };
 
 /// Names that may carry derivatives are the first of the scope.
-const NAMES: usize = FLANGED + 1;
+const NAMES: usize = DENSITY_AFTER + 1;
 
 /// A model at given values of the free parameters.
 pub(crate) struct Filled<'m> {
@@ -116,6 +116,7 @@ impl<'m> Filled<'m> {
             }
             if let Some(gas) = &gas[after] {
                 analytic[TEMPERATURE_AFTER] = Some(&gas[TEMPERATURE - DENSITY]);
+                analytic[DENSITY_AFTER] = Some(&gas[0]);
             }
             if [MASS_FLUX, VELOCITY, MACH].into_iter().any(|name| formula.uses(name)) {
                 let known = |name: usize| self.space.real(numbers[name]);

@@ -11,31 +11,35 @@ pub(crate) type Properties = [Jet; PRANDTL - DENSITY + 1];
 /// The speed of sound among them, m/s.
 pub(crate) const SPEED: usize = SOUND_SPEED - DENSITY;
 
-/// All properties at temperature `t` (K) and `pressure` (Pa): those of [`GasModel::at`].
-pub(crate) fn properties(model: &GasModel, t: &Jet, pressure: f64) -> Properties {
+/// All properties at temperature `t` (K) and `pressure` (Pa): those of [`GasModel::at`], of the gas with
+/// `own` ratio of specific heats and gas constant, as by [`GasModel::with`].
+pub(crate) fn properties(model: &GasModel, own: [Option<Jet>; 2], t: &Jet, pressure: f64) -> Properties {
     let constant = |value: f64| t.scale(C64::ZERO).shift(C64::new(value, 0.0));
     let real = |jet: &Jet, factor: f64| jet.scale(C64::new(factor, 0.0));
-    let r = model.constant();
+    let [own_gamma, own_constant] = own;
+    let r = own_constant.unwrap_or_else(|| constant(model.constant()));
     let (gamma, viscosity, conductivity, specific_heat, prandtl) = match model {
         GasModel::Real(gas) => {
             let Gas { molar_mass, heat_capacity: [c0, c1, c2, c3], .. } = *gas;
             let rise = |higher: &Jet, c: f64| (t * higher).shift(C64::new(c, 0.0));
             let capacity = rise(&rise(&rise(&constant(c3), c2), c1), c0);
             let specific_heat = real(&capacity, 1.0 / molar_mass);
-            let gamma = &specific_heat * &specific_heat.shift(C64::new(-r, 0.0)).recip();
+            let gamma = &specific_heat * &(&specific_heat - &r).recip();
             let [mu, k] = [gas.viscosity, gas.conductivity].map(|law| sutherland(law, t));
             let prandtl = &(&mu * &specific_heat) * &k.recip();
             (gamma, mu, k, specific_heat, prandtl)
         }
         GasModel::Perfect { gamma, viscosity: [viscosity, reference], prandtl, .. } => {
             let mu = real(&real(t, 1.0 / reference).powf(0.7), *viscosity);
-            let specific_heat = gamma * r / (gamma - 1.0);
-            let k = real(&mu, specific_heat / prandtl);
-            (constant(*gamma), mu, k, constant(specific_heat), constant(*prandtl))
+            let gamma = own_gamma.unwrap_or_else(|| constant(*gamma));
+            let specific_heat = &(&gamma * &r) * &gamma.shift(-C64::ONE).recip();
+            let k = real(&(&mu * &specific_heat), 1.0 / prandtl);
+            (gamma, mu, k, specific_heat, constant(*prandtl))
         }
     };
-    let density = real(&t.recip(), pressure / r);
-    let sound_speed = real(&(&gamma * t), r).sqrt();
+    let heat = t * &r;
+    let density = real(&heat.recip(), pressure);
+    let sound_speed = (&gamma * &heat).sqrt();
     [
         density,
         sound_speed,
@@ -84,7 +88,7 @@ mod tests {
                 let t = JetSpace::new(1, Order::Second).seed(0, C64::new(temperature, 0.0));
                 let h = 1e-3 * temperature;
                 let (here, up, down) = (at(temperature), at(temperature + h), at(temperature - h));
-                for (k, jet) in properties(&model, &t, 9.5e4).iter().enumerate() {
+                for (k, jet) in properties(&model, [None, None], &t, 9.5e4).iter().enumerate() {
                     let size = here[k].abs();
                     assert!((jet.value().re - here[k]).abs() < 1e-14 * size, "{k} at {temperature} K");
                     let slope = (up[k] - down[k]) / (2.0 * h);

@@ -21,6 +21,8 @@ pub struct ShapeModel<'a> {
     pub(crate) duct_of: Vec<usize>,
     /// Names that are the same everywhere.
     pub(crate) numbers: Vec<f64>,
+    /// Temperature of every duct, K, if it is known.
+    pub(crate) temperatures: Vec<f64>,
     /// Mean pressure, Pa.
     pub(crate) pressure: f64,
     /// Mass flow through the ducts, kg/s.
@@ -123,7 +125,8 @@ impl<'a> ShapeModel<'a> {
             })
             .collect();
         let segment = |(w, duct): (&[f64], &usize)| {
-            let gas = base.gas.at(base.temperatures(layout.ducts[*duct].span[0])[1], base.pressure);
+            let from = layout.ducts[*duct].span[0];
+            let gas = base.gas_beside(from, 1).at(base.temperatures(from)[1], base.pressure);
             Segment::new(w[1] - w[0], layout.ducts[*duct].area[0], gas.sound_speed, gas.density)
         };
         let fail = |source| EngineError::Network { point: conditions.id.clone(), source };
@@ -137,6 +140,7 @@ impl<'a> ShapeModel<'a> {
             ducts: layout.ducts.iter().map(|d| d.part).collect(),
             duct_of,
             numbers: layout.numbers.clone(),
+            temperatures: layout.ducts.iter().map(|d| base.temperatures(d.span[0])[1]).collect(),
             pressure: base.pressure,
             mass_flow: base.mass_flow,
             surroundings: Vec::new(),

@@ -4,6 +4,7 @@
 //! Knows neither the equations of the tube nor how a state was inferred; `profiles` makes states of what was
 //! measured directly.
 
+pub(crate) mod laws;
 pub(crate) mod profiles;
 pub(crate) mod state;
 pub(crate) mod states;

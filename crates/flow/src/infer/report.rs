@@ -53,6 +53,26 @@ pub struct RunReport {
     pub effective_rank: Option<f64>,
 }
 
+#[cfg(test)]
+impl RunReport {
+    /// Of nothing.
+    pub(crate) fn empty() -> Self {
+        Self {
+            heater_m: 0.0,
+            method: None,
+            health: None,
+            warnings: Vec::new(),
+            unknowns: Vec::new(),
+            powers: Vec::new(),
+            settling: Vec::new(),
+            history: Vec::new(),
+            innovation_chi_squared: None,
+            failed_members: 0,
+            effective_rank: None,
+        }
+    }
+}
+
 /// One unknown.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct UnknownReport {

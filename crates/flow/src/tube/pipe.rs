@@ -168,7 +168,6 @@ fn check(closures: &Closures) -> Result<(), FlowError> {
         ("wall_heat_capacity", c.wall_heat_capacity),
         ("radiated_length", c.radiated_length),
         ("profile_factor", c.profile_factor),
-        ("pulse_frequency", c.pulse_frequency),
     ];
     let not_negative = [
         ("entrance_loss", c.entrance_loss),
@@ -179,9 +178,21 @@ fn check(closures: &Closures) -> Result<(), FlowError> {
         ("wall_conductivity", c.wall_conductivity),
         ("radiated_share", c.radiated_share),
     ];
-    let bad = positive.iter().find(|(_, v)| v.is_nan() || *v <= 0.0);
-    let bad = bad.or_else(|| not_negative.iter().find(|(_, v)| v.is_nan() || *v < 0.0));
-    bad.map_or(Ok(()), |&(name, value)| Err(FlowError::Closure { name, value }))
+    let places = c.mounts.map(|x| ("mounts", x));
+    let bad =
+        positive.iter().find(|(_, v)| !v.is_finite() || *v <= 0.0).map(|bad| (bad, "positive and finite"));
+    let bad = bad.or_else(|| {
+        let wrong = not_negative.iter().find(|(_, v)| !v.is_finite() || *v < 0.0);
+        wrong
+            .or_else(|| places.iter().find(|(_, x)| !x.is_finite()))
+            .map(|bad| (bad, "zero or more and finite"))
+    });
+    if let Some((&(name, value), need)) = bad {
+        return Err(FlowError::Closure { name, value, need });
+    }
+    // Infinite for no boundary layer at the wall.
+    let (name, value, need) = ("pulse_frequency", c.pulse_frequency, "positive");
+    if value > 0.0 { Ok(()) } else { Err(FlowError::Closure { name, value, need }) }
 }
 
 /// Cells of about 20 mm, in tubes beyond 10 m of a five-hundredth of the length, and quadratic grading away
@@ -282,5 +293,17 @@ mod tests {
         let bad = Closures { jet_length: 0.0, ..Closures::default() };
         let refused = Pipe::new(&TubeRig::juniper_yoko_2022(), &bad, 0.25, 1);
         assert!(matches!(refused, Err(FlowError::Closure { name: "jet_length", .. })));
+        let default = Closures::default;
+        for (bad, name) in [
+            (Closures { heater_lag: f64::INFINITY, ..default() }, "heater_lag"),
+            (Closures { wire_share: f64::INFINITY, ..default() }, "wire_share"),
+            (Closures { mounts: [0.1, f64::NAN], ..default() }, "mounts"),
+            (Closures { pulse_frequency: 0.0, ..default() }, "pulse_frequency"),
+        ] {
+            let refused = Pipe::new(&TubeRig::juniper_yoko_2022(), &bad, 0.25, 1).map(|_| ());
+            assert!(refused.unwrap_err().to_string().starts_with(&format!("the closure {name} is ")));
+        }
+        let no_layer = Closures { pulse_frequency: f64::INFINITY, ..default() };
+        assert!(Pipe::new(&TubeRig::juniper_yoko_2022(), &no_layer, 0.25, 1).is_ok());
     }
 }

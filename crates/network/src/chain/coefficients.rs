@@ -225,6 +225,11 @@ impl Laws {
     pub fn hessian(&self, law: usize) -> &[C64] {
         &self.hessian[law * self.packed..(law + 1) * self.packed]
     }
+
+    /// A law with its derivatives.
+    pub(crate) fn jet(&self, law: usize) -> Jet {
+        Jet::from_parts(self.value(law), self.gradient(law).to_vec(), self.hessian(law).to_vec())
+    }
 }
 
 fn copy(to: &mut [C64], from: &[C64]) {

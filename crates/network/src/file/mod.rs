@@ -8,6 +8,7 @@ mod account;
 mod assembly;
 mod build;
 mod compact;
+mod driven;
 mod duct;
 mod ends;
 mod error;
@@ -26,6 +27,7 @@ mod warning;
 
 pub use account::{Account, samples_of_each};
 pub use build::Built;
+pub use driven::{DrivenError, DrivenQuantity};
 pub use error::FileError;
 pub use named::{NamedNumbers, NumberError};
 pub use oscilos::{OscilosError, OscilosTexts, read_oscilos};

@@ -6,7 +6,9 @@ use super::item::Item;
 use super::problem::ElementProblem;
 use super::schema::{self, Direction, Transfer};
 use crate::flow_chain::ActionKind;
-use crate::laws::{Law, PathDuct, SourceCoefficient, SpreadFlame, SpreadSource};
+use crate::laws::{
+    Law, PathDuct, SourceCoefficient, SpreadFlame, SpreadSource, spread_middle, spread_weights,
+};
 use crate::slot::Slot;
 use rijke_numerics::C64;
 
@@ -63,21 +65,12 @@ impl Spread {
         for value in density {
             item.not_negative("density", *value)?;
         }
-        let last = density.len().max(2) - 1;
-        let places: Vec<f64> = (0..=last).map(|k| k as f64 / last as f64).collect();
-        let middle = |k: usize| (k as f64 + 0.5) / count as f64;
-        let at = |k: usize| match density {
-            [] => 0.0,
-            [even] => *even,
-            _ => rijke_numerics::interpolate(&places, density, middle(k)),
+        let Some(weights) = spread_weights(density, count) else {
+            return Err(item.fail(ElementProblem::NotPositive { key: "the sum of density", value: 0.0 }));
         };
-        let weights: Vec<f64> = (0..count).map(at).collect();
-        let sum: f64 = weights.iter().sum();
-        if !(sum > 0.0 && sum.is_finite()) {
-            return Err(item.fail(ElementProblem::NotPositive { key: "the sum of density", value: sum }));
-        }
         let source = |(k, weight): (usize, &f64)| {
-            [x + length * middle(k), weight / sum, delays[0] + middle(k) * (delays[1] - delays[0])]
+            let middle = spread_middle(k, count);
+            [x + length * middle, *weight, delays[0] + middle * (delays[1] - delays[0])]
         };
         Ok(Some(Self { sources: weights.iter().enumerate().map(source).collect(), end }))
     }

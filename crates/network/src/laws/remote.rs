@@ -1,10 +1,10 @@
 //! A source of a chain at rest that answers to the velocity elsewhere, by laws of a caller.
 
-use super::probe::{Side, SourceCoefficient, row};
+use super::probe::{Side, SourceCoefficient, Stretch, row};
 use crate::chain::coefficients::{At, Laws};
 use crate::chain::network::{Network, Segment};
 use crate::slot::Slot;
-use rijke_numerics::{C64, Jet};
+use rijke_numerics::{C64, Jet, JetSpace};
 
 /// A source u2 - r u1 = T u_ref, where T is a law times a factor and only ducts lie between the source and
 /// u_ref: its k_eu and k_ep.
@@ -22,7 +22,7 @@ pub struct RemoteSource {
 
 /// A duct on the way to the reference.
 #[derive(Clone, Debug, PartialEq)]
-struct Passed {
+pub(super) struct Passed {
     index: usize,
     segment: Segment,
     ratio: f64,
@@ -42,6 +42,20 @@ pub enum NoReference {
     /// Something acts where the source is, whose reference lies downstream.
     #[error("downstream, but something else acts where it is: it must stand alone")]
     NotAlone,
+    /// Something acts within the flame.
+    #[error("but something acts inside the flame: only ducts may lie there")]
+    Inside,
+}
+
+impl Passed {
+    /// The duct with its losses at `laws`.
+    pub(super) fn at(&self, laws: &Laws, space: JetSpace) -> Stretch {
+        let lost = |part: &[(usize, f64)]| {
+            part.iter()
+                .fold(space.real(0.0), |sum, (k, weight)| &sum + &laws.jet(*k).scale(C64::new(*weight, 0.0)))
+        };
+        (self.segment, self.ratio, Some([lost(&self.losses[0]), lost(&self.losses[1])]))
+    }
 }
 
 impl Network {
@@ -56,16 +70,10 @@ impl Network {
         distance: f64,
         downstream: bool,
         law: usize,
-        own: [usize; 2],
+        own: &[usize],
     ) -> Result<RemoteSource, NoReference> {
         let n = self.segments.len();
-        let acts = |at: usize| {
-            self.attachments().any(|(slot, law, _)| {
-                let here = matches!(slot, Slot::Mu(j) | Slot::Mp(j) | Slot::Eu(j) | Slot::Ep(j) if j == at);
-                here && !own.contains(&law)
-            })
-        };
-        if downstream && acts(place) {
+        if downstream && self.acts(place, own) {
             return Err(NoReference::NotAlone);
         }
         let way: Vec<usize> = if downstream { (place..n).collect() } else { (0..place).rev().collect() };
@@ -76,22 +84,14 @@ impl Network {
                 break;
             }
             let between = if downstream { i } else { i + 1 };
-            if !path.is_empty() && acts(between) {
+            if !path.is_empty() && self.acts(between, own) {
                 return Err(NoReference::Blocked);
             }
-            let mut segment = self.segments[i];
-            let ratio = path.last().map_or(1.0, |p| p.segment.area / segment.area);
-            segment.length = segment.length.min(left);
-            left -= segment.length;
-            let losses = [0, 1].map(|part| {
-                let of = |(slot, law, weight): (Slot, usize, f64)| match slot {
-                    Slot::Viscous(k) if k == i && part == 0 => Some((law, weight)),
-                    Slot::Thermal(k) if k == i && part == 1 => Some((law, weight)),
-                    _ => None,
-                };
-                self.attachments().filter_map(of).collect()
-            });
-            path.push(Passed { index: i, segment, ratio, losses });
+            let ratio = path.last().map_or(1.0, |p| p.segment.area / self.segments[i].area);
+            let mut passed = self.passed(i, ratio);
+            passed.segment.length = passed.segment.length.min(left);
+            left -= passed.segment.length;
+            path.push(passed);
         }
         if left > 1e-9 * total {
             return Err(NoReference::Outside);
@@ -101,6 +101,29 @@ impl Network {
         let (side, distance) =
             if downstream { (Side::Downstream { ratio }, distance) } else { (Side::Upstream, -distance) };
         Ok(RemoteSource { law, factor: 1.0, distance, side, path })
+    }
+}
+
+impl Network {
+    /// Whether anything but the laws `own` acts at a place.
+    pub(super) fn acts(&self, at: usize, own: &[usize]) -> bool {
+        self.attachments().any(|(slot, law, _)| {
+            let here = matches!(slot, Slot::Mu(j) | Slot::Mp(j) | Slot::Eu(j) | Slot::Ep(j) if j == at);
+            here && !own.contains(&law)
+        })
+    }
+
+    /// The whole of segment `i` on a way, with the losses that are attached to it.
+    pub(super) fn passed(&self, i: usize, ratio: f64) -> Passed {
+        let losses = [0, 1].map(|part| {
+            let of = |(slot, law, weight): (Slot, usize, f64)| match slot {
+                Slot::Viscous(k) if k == i && part == 0 => Some((law, weight)),
+                Slot::Thermal(k) if k == i && part == 1 => Some((law, weight)),
+                _ => None,
+            };
+            self.attachments().filter_map(of).collect()
+        });
+        Passed { index: i, segment: self.segments[i], ratio, losses }
     }
 }
 
@@ -133,18 +156,14 @@ impl RemoteSource {
         (self.side != Side::Upstream).then(|| (-&(&t * &alpha)).shift(C64::ONE))
     }
 
+    /// beta and alpha: the velocity at the reference as a row on (p, u) at the source.
+    pub(super) fn row(&self, at: &At, laws: &Laws) -> [Jet; 2] {
+        let stretches: Vec<_> = self.path.iter().map(|p| p.at(laws, at.space())).collect();
+        row(&stretches, self.side, &at.s_jet(), at.space())
+    }
+
     fn parts(&self, at: &At, laws: &Laws) -> [Jet; 3] {
-        let jet =
-            |k: usize| Jet::from_parts(laws.value(k), laws.gradient(k).to_vec(), laws.hessian(k).to_vec());
-        let (s, space) = (at.s_jet(), at.space());
-        let lost = |laws: &[(usize, f64)]| {
-            laws.iter()
-                .fold(space.real(0.0), |sum, (k, weight)| &sum + &jet(*k).scale(C64::new(*weight, 0.0)))
-        };
-        let stretches: Vec<_> = (self.path.iter())
-            .map(|p| (p.segment, p.ratio, Some([lost(&p.losses[0]), lost(&p.losses[1])])))
-            .collect();
-        let [beta, alpha] = row(&stretches, self.side, &s, space);
-        [jet(self.law).scale(C64::new(self.factor, 0.0)), beta, alpha]
+        let [beta, alpha] = self.row(at, laws);
+        [laws.jet(self.law).scale(C64::new(self.factor, 0.0)), beta, alpha]
     }
 }

@@ -3,6 +3,7 @@
 //!
 //! Knows a mode as its root; it finds none.
 
+pub(crate) mod advice;
 pub(crate) mod along;
 pub(crate) mod budget;
 mod distant_reference;

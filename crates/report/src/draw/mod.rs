@@ -4,14 +4,12 @@
 //! Knows numbers, labels and looks. Knows neither a study nor the page.
 
 mod axis;
-mod field;
 mod figure;
 mod panel;
 mod style;
 mod text;
 
-pub(crate) use axis::Axis;
-pub(crate) use field::{Field, Lines};
+pub(crate) use axis::{Axis, multiples, round_step};
 pub(crate) use figure::{Figure, Key, Mark};
 pub(crate) use panel::{COLUMN, DOT, Panel};
 pub(crate) use style::{INK, Stroke, fill_colour, model_stroke, scale_colour, scale_stroke};

@@ -2,9 +2,7 @@
 
 use super::numbers::{chance, with_uncertainty};
 use crate::draw::html;
-use rijke_engine::run::{
-    Answer, AnswerPanel, Family, Frame, FrameColumn, FrameRow, Layer, LayerLook, Missing, StageRecord,
-};
+use rijke_engine::run::{Family, Missing, StageRecord};
 
 /// Members of a family that are named.
 const NAMED: usize = 5;
@@ -68,36 +66,4 @@ pub(super) fn section(stage: &StageRecord) -> String {
         stage.id,
         if first.beyond.1 > Missing::CHANCE { "" } else { " open" }
     )
-}
-
-/// The gain of each kind of effect along the rig, and the most that chance gives.
-pub(super) fn along(stage: &StageRecord, missing: &Missing) -> Answer {
-    let columns = [("x", "Place", "m"), ("gain", "Expected gain", "nats")];
-    let columns = columns.map(|(name, label, unit)| FrameColumn::new(name, label, unit)).to_vec();
-    let row = |label: &str, series: &str, x: f64, gain: f64| FrameRow {
-        label: label.to_owned(),
-        series: series.to_owned(),
-        values: vec![Some(x), Some(gain)],
-        ..FrameRow::default()
-    };
-    // Not those of the ends, which are no function of place.
-    let local = || missing.best.iter().filter(|a| !a.place.ends_with(" end"));
-    let at = || local().filter_map(|a| Some((a, a.x?)));
-    let mut rows: Vec<FrameRow> = at().map(|(a, x)| row(&a.words(), &a.effect, x, a.gain)).collect();
-    let last = at().map(|(_, x)| x).fold(0.0, f64::max);
-    rows.extend([0.0, last].map(|x| row("by chance", "by chance, 1 of 20", x, missing.by_chance)));
-    Answer {
-        id: format!("{}-missing", stage.id),
-        title: format!("{}: what the data still ask for", stage.title),
-        caption: "Expected gain in ln evidence of one more term of each kind at each place, in proportion to whichever factor gains most. \
-                  A term describes what is missing, and is no cause."
-            .to_owned(),
-        parameters: Vec::new(),
-        frames: vec![Frame { columns, rows }],
-        panels: vec![AnswerPanel {
-            x: "x / m".to_owned(),
-            y: "Expected gain / nats".to_owned(),
-            layers: vec![Layer { frame: 0, look: LayerLook::Line, x: 0, y: 1, sd: None, mode: None }],
-        }],
-    }
 }

@@ -2,10 +2,7 @@
 
 use super::numbers::chance;
 use crate::draw::html;
-use rijke_engine::run::{
-    Answer, AnswerPanel, Checks, Frame, FrameColumn, FrameRow, Layer, LayerLook, PointCheck, StageRecord,
-    SumCheck, symbol,
-};
+use rijke_engine::run::{PointCheck, StageRecord, SumCheck};
 use std::collections::BTreeMap;
 
 /// The sums of residuals, and the table of points given all others.
@@ -82,69 +79,4 @@ pub(super) fn said(stages: &[StageRecord]) -> String {
     }
     // A script ends where this text stands, whatever it is in.
     serde_json::to_string(&all).unwrap_or_default().replace('<', "\\u003c")
-}
-
-/// The points as a table of numbers.
-pub(super) fn points(checks: &Checks) -> Frame {
-    let columns = [
-        ("ln_left_out", "ln density given all others", "1"),
-        ("ahead", "nats ahead of the rival", "1"),
-        ("shift", "shift of the parameters", "1"),
-    ];
-    let row = |p: &PointCheck| FrameRow {
-        label: p.point.clone(),
-        series: if p.doubtful { "doubtful".to_owned() } else { String::new() },
-        values: vec![p.ln_left_out, p.ahead, Some(p.shift)],
-        ..FrameRow::default()
-    };
-    Frame {
-        columns: columns.map(|(name, label, unit)| FrameColumn::new(name, label, unit)).to_vec(),
-        rows: checks.points.iter().map(row).collect(),
-    }
-}
-
-/// The residuals over every factor that varies, and over the frequency; none where nothing varies.
-pub(super) fn residuals(factors: &[(String, String)], stage: &StageRecord) -> Option<Answer> {
-    let checks = stage.checks.as_ref()?;
-    let factors = || factors.iter().map(|(name, unit)| (name.as_str(), unit.as_str()));
-    let mut columns: Vec<FrameColumn> =
-        factors().map(|(name, unit)| FrameColumn::new(name, &symbol(name), unit)).collect();
-    columns.push(FrameColumn::new("frequency", "Frequency", "Hz"));
-    columns.push(FrameColumn::new("residual", "Residual, given all other points", "1"));
-    let last = columns.len() - 1;
-    let row = |(m, r): (&rijke_engine::run::MeasuredRecord, &[Option<f64>; 2]), k: usize| {
-        let frequency = m.angular_frequency.map(|[v, _]| rijke_study::hertz(v));
-        let mut values = m.factors.clone();
-        values.extend([frequency, r[k]]);
-        let series = ["growth rate", "frequency"][k].to_owned();
-        FrameRow { label: m.point.clone(), series, mode: m.mode.clone(), values }
-    };
-    let both = || stage.measured.iter().zip(&checks.residuals);
-    let rows: Vec<FrameRow> = (0..2).flat_map(|k| both().map(move |pair| row(pair, k))).collect();
-    let varies = |k: &usize| {
-        let mut values = rows.iter().filter_map(|r| r.values[*k]);
-        let first = values.next();
-        values.any(|v| Some(v) != first)
-    };
-    let shown: Vec<usize> = (0..last).filter(varies).collect();
-    let layer = |k: usize| Layer { frame: 0, look: LayerLook::Dots, x: k, y: last, sd: None, mode: None };
-    let panel = |&k: &usize| AnswerPanel {
-        x: if columns[k].unit == "1" {
-            columns[k].label.clone()
-        } else {
-            format!("{} / {}", columns[k].label, columns[k].unit)
-        },
-        y: "Residual / sd".to_owned(),
-        layers: vec![layer(k)],
-    };
-    let panels: Vec<AnswerPanel> = shown.iter().map(panel).collect();
-    (!panels.is_empty()).then(|| Answer {
-        id: format!("{}-residuals", stage.id),
-        title: format!("{}: residuals over every factor", stage.title),
-        caption: "What was measured less what all other points foresee, in standard deviations of that."
-            .to_owned(),
-        parameters: Vec::new(),
-        frames: vec![Frame { columns: columns.clone(), rows: rows.clone() }],
-        panels,
-    })
 }

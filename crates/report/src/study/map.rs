@@ -1,9 +1,11 @@
 //! A map of stability: growth rate and probability of instability over two factors, filled.
 
-use crate::draw::{Axis, DOT, Field, Figure, INK, Key, Lines, Mark, Panel, Stroke, fill_colour, fixed};
-use rijke_engine::run::{Answer, AnswerPanel, Frame, FrameRow, Layer, LayerLook};
+use crate::draw::{
+    Axis, DOT, Figure, INK, Key, Mark, Panel, Stroke, fill_colour, fixed, multiples, round_step,
+};
+use rijke_engine::run::{Answer, AnswerPanel, FrameRow, Layer, LayerLook, MapNodes};
+use rijke_numerics::Lines;
 use rijke_rig::DataKind;
-use std::collections::BTreeMap;
 
 /// Levels of the growth rate between the least and the largest, at most.
 const LEVELS: f64 = 5.0;
@@ -56,62 +58,9 @@ pub(super) fn of(kind: Option<DataKind>, answer: &Answer, size: [f64; 2]) -> Fig
     }
 }
 
-/// The nodes of a map: growth rates and their deviations, a grid for each mode.
-struct Nodes {
-    x: Vec<f64>,
-    y: Vec<f64>,
-    modes: Vec<Vec<Vec<[f64; 2]>>>,
-}
-
-impl Nodes {
-    fn of(frame: &Frame, layer: &Layer) -> Self {
-        let number = |row: &FrameRow, k: usize| row.values.get(k).copied().flatten().unwrap_or(f64::NAN);
-        let axis = |k: usize| {
-            let mut all: Vec<f64> =
-                frame.rows.iter().map(|r| number(r, k)).filter(|v| v.is_finite()).collect();
-            all.sort_by(f64::total_cmp);
-            all.dedup();
-            all
-        };
-        let (x, y) = (axis(layer.x), axis(layer.y));
-        let nowhere = vec![vec![[f64::NAN; 2]; x.len()]; y.len()];
-        let mut modes: BTreeMap<&str, Vec<Vec<[f64; 2]>>> = BTreeMap::new();
-        for row in &frame.rows {
-            let place = |all: &[f64], k: usize| all.iter().position(|v| *v == number(row, k));
-            let (Some(j), Some(k), Some(sd)) = (place(&x, layer.x), place(&y, layer.y), layer.sd) else {
-                continue;
-            };
-            modes.entry(&row.mode).or_insert_with(|| nowhere.clone())[k][j] =
-                [number(row, sd - 1), number(row, sd)];
-        }
-        Self { x, y, modes: modes.into_values().collect() }
-    }
-
-    fn field(&self) -> Field<'_> {
-        Field { x: &self.x, y: &self.y }
-    }
-
-    /// A number of each node, mode by mode.
-    fn each(&self, of: impl Fn([f64; 2]) -> f64) -> Vec<Vec<Vec<f64>>> {
-        let row = |row: &Vec<[f64; 2]>| row.iter().map(|v| of(*v)).collect();
-        self.modes.iter().map(|grid| grid.iter().map(row).collect()).collect()
-    }
-
-    /// The least and the largest growth rate of the mode that grows fastest.
-    fn range(&self) -> [f64; 2] {
-        let largest = |k: usize, j: usize| {
-            let all = self.modes.iter().map(|grid| grid[k][j][0]);
-            all.reduce(|a, b| if a.is_nan() || b.is_nan() { f64::NAN } else { a.max(b) }).unwrap_or(f64::NAN)
-        };
-        let all = (0..self.y.len()).flat_map(|k| (0..self.x.len()).map(move |j| largest(k, j)));
-        let finite = all.filter(|v| v.is_finite());
-        finite.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], v| [a.min(v), b.max(v)])
-    }
-}
-
 fn drawn(answer: &Answer, panel: &AnswerPanel, tag: &str, size: [f64; 2], legend: &mut Vec<Key>) -> Panel {
     let maps = panel.layers.iter().find(|l| matches!(l.look, LayerLook::GrowthMap | LayerLook::ChanceMap));
-    let nodes = maps.map(|l| Nodes::of(&answer.frames[l.frame], l));
+    let nodes = maps.map(|l| MapNodes::of(&answer.frames[l.frame], l));
     let points = |layer: &Layer| {
         let (x, y) = (layer.x, layer.y);
         let at = move |row: &FrameRow| Some(([*row.values.get(x)?, *row.values.get(y)?], row.label.clone()));
@@ -151,7 +100,7 @@ fn drawn(answer: &Answer, panel: &AnswerPanel, tag: &str, size: [f64; 2], legend
 /// added before it is compared.
 fn filled(
     panel: &mut Panel,
-    nodes: &Nodes,
+    nodes: &MapNodes,
     levels: &[(f64, f64)],
     words: &[String],
     [tag, unit]: [&str; 2],
@@ -185,7 +134,7 @@ fn filled(
 }
 
 /// The line on which the growth rate is zero, and the band in which zero lies within two standard deviations.
-fn boundary(panel: &mut Panel, nodes: &Nodes, look: LayerLook, legend: &mut Vec<Key>) {
+fn boundary(panel: &mut Panel, nodes: &MapNodes, look: LayerLook, legend: &mut Vec<Key>) {
     let sure = |sds: f64| nodes.field().zero(&nodes.each(|[mean, sd]| mean + sds * sd));
     let (least, most) = (sure(-2.0), sure(2.0));
     let is_growth = look == LayerLook::GrowthMap;
@@ -214,12 +163,8 @@ fn levels([low, high]: [f64; 2]) -> Vec<f64> {
     if !is_range {
         return Vec::new();
     }
-    let rough = (high - low) / LEVELS;
-    let unit = 10f64.powf(rough.log10().floor());
-    let step =
-        [1.0, 2.0, 5.0, 10.0].map(|m| m * unit).into_iter().find(|s| *s >= rough).unwrap_or(10.0 * unit);
-    let first = (low / step).floor() as i64 + 1;
-    (first..).map(|k| k as f64 * step).take_while(|v| *v < high).collect()
+    let step = round_step((high - low) / LEVELS);
+    multiples(step, low, high).filter(|v| low < *v && *v < high).collect()
 }
 
 fn decimals(levels: &[f64]) -> usize {

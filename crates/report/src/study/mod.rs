@@ -16,7 +16,10 @@ mod tables;
 
 use crate::ReportError;
 use crate::draw::{self, html};
-use rijke_engine::run::{Answer, Frame, Judgement, ModelRecord, Sliders, StageRecord, models};
+use rijke_engine::run::{
+    Answer, Frame, Judgement, ModelRecord, Sliders, StageRecord, gains_along, left_out_table, models,
+    residuals_over_factors,
+};
 use rijke_rig::DataKind;
 use std::{fs, path::Path};
 use tables::{chosen, total};
@@ -77,14 +80,14 @@ impl StudyPage {
             }
             body += &checks::section(stage);
             if let Some(found) = &stage.checks {
-                page.table(&format!("{}-points", stage.id), &checks::points(found))?;
+                page.table(&format!("{}-points", stage.id), &left_out_table(found))?;
             }
-            if let Some(answer) = checks::residuals(&head.factors, stage) {
+            if let Some(answer) = residuals_over_factors(&head.factors, stage) {
                 body += &page.figure(head, &answer, Some(stage))?;
             }
             body += &asked::section(stage);
             if let Some(missing) = &stage.missing {
-                body += &page.figure(head, &asked::along(stage, missing), Some(stage))?;
+                body += &page.figure(head, &gains_along(stage, missing), Some(stage))?;
             }
             compared += &claims::of(verdicts, &stage.id, &stage.title);
             if let Some((_, found)) = sliders.filter(|(id, _)| *id == stage.id) {

@@ -1,7 +1,7 @@
 // Solves the model of this page: the chain of ducts of crates/network with the laws, the rig and the states of the gas that the program wrote
 // here. `model` is the record `Sliders` of crates/engine. Without a page: solver(model).solve(...) is what the figures below stand on.
 const solver = (model) => {
-  const { table, script } = model, TEMPERATURE_AFTER = 16, AMBIENT = 18, LENGTH = 19;
+  const { table, script } = model, TEMPERATURE_AFTER = 16, AMBIENT = 18, LENGTH = 19, DENSITY_AFTER = 24;
   // Names that depend on s and their places in `z`: s, loss of the wall, reflection of open ends.
   const ANALYTIC = { 0: 0, 20: 2, 21: 4, 22: 6, 23: 8 };
 
@@ -295,6 +295,7 @@ const solver = (model) => {
     own.forEach((value, k) => { n[k + 1] = value; });
     n[TEMPERATURE_AFTER] = after;
     n[TEMPERATURE_AFTER + 1] = areaAfter;
+    n[DENSITY_AFTER] = pressure / (script.gas.constant * after);
     table.brought.forEach((name, k) => { n[name] = c.brought[k]; });
     return n;
   };

@@ -18,13 +18,10 @@ pub(super) fn total(model: &ModelRecord) -> Option<f64> {
 
 /// The models, best first.
 pub(super) fn ranking(stage: &StageRecord, published: Option<&BTreeMap<String, [f64; 3]>>) -> String {
-    let mut models: Vec<&ModelRecord> = stage.models.iter().collect();
+    let models = stage.by_evidence();
     if models.len() < 2 {
         return String::new();
     }
-    models.sort_by(|a, b| {
-        total(b).unwrap_or(f64::NEG_INFINITY).total_cmp(&total(a).unwrap_or(f64::NEG_INFINITY))
-    });
     // Where pressures were heard.
     let shapes = models.iter().any(|m| m.misfit[2] > 0.0);
     let (columns, heard) = if shapes { (8, "<th>misfit of relative pressures</th>") } else { (7, "") };

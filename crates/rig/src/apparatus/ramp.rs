@@ -22,7 +22,7 @@ pub struct Ramp {
 pub struct Logged {
     /// Time on the clock of the run, s.
     pub time: f64,
-    /// Power of the heater from this time until the next row, W. Before the first row there was none.
+    /// Electrical power from this time until the next row, W. Before the first row there was none.
     pub power: f64,
     /// The operating point whose records were taken at this time, if any.
     pub point: Option<String>,
@@ -180,7 +180,7 @@ fn unlike(point: &OperatingPoint, first: Option<&OperatingPoint>, power: f64) ->
     let id = &point.id;
     if !point.plates || point.position.is_none() {
         return Some(format!(
-            "`{id}` has no heater; take it out of the ramp, or give it plates and a position"
+            "`{id}` has no plates to heat; take it out of the ramp, or give it plates and a position"
         ));
     }
     if (point.power - power).abs() > ROUNDED * power.abs() {
@@ -191,7 +191,7 @@ fn unlike(point: &OperatingPoint, first: Option<&OperatingPoint>, power: f64) ->
     }
     let first = first.filter(|f| (f.position, f.thermometers) != (point.position, point.thermometers))?;
     Some(format!(
-        "`{id}` has the heater or the thermometers elsewhere than `{}`; a ramp is one run of one assembly, so give them ramps of their own",
+        "`{id}` has the plates or the thermometers elsewhere than `{}`; a ramp is one run of one assembly, so give them ramps of their own",
         first.id
     ))
 }
@@ -239,7 +239,7 @@ mod tests {
             ("twice", "a,950,7,H7-25\n", "`H7-25` was measured before; give every time"),
             ("power", "a,950,15,H30-25\n", "`H30-25` is a point at 30 W, but the power is 15 W; correct"),
             ("place", "a,950,30,H30-40\n", "elsewhere than `H7-25`; a ramp is one run"),
-            ("heater", "a,950,0,C2-25\n", "`C2-25`"),
+            ("plates", "a,950,0,C2-25\n", "`C2-25`"),
             ("watts", "a,950,-3,\n", "950 s, -3 W: give a finite time"),
             ("number", "a,noon,30,\n", "ramps.csv:4:1: "),
             ("empty", "b,950,30,\n", "ramps.csv: ramp `b`: is empty; give at least one row with a `point`"),

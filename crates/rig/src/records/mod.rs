@@ -3,6 +3,7 @@
 //! Opens no file of samples.
 
 pub(crate) mod acquisition;
+pub(crate) mod item;
 pub(crate) mod reading;
 pub(crate) mod record;
 pub(crate) mod set;

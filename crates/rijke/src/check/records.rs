@@ -6,7 +6,7 @@ use crate::{
     ui::Ui,
 };
 use rayon::prelude::*;
-use rijke_rig::{DataKind, Record, RecordFolder, RecordSet, RecordSource, RigError};
+use rijke_rig::{DataKind, Record, RecordSet, RecordSource, RigError};
 use serde_json::json;
 use std::path::Path;
 
@@ -31,7 +31,7 @@ pub(super) fn records_of(dir: &Path, ui: &Ui) -> Result<serde_json::Value, Failu
     }
     let folder = crate::process::open(dir)?.records;
     let set = folder.set();
-    let records = records(set);
+    let records = set.items();
     let bar = ui.progress("reading", records.len() as u64);
     let read: Vec<Result<usize, RigError>> = records
         .par_iter()
@@ -70,45 +70,9 @@ pub(super) fn records_of(dir: &Path, ui: &Ui) -> Result<serde_json::Value, Failu
     Ok(answer)
 }
 
-/// One file of a set.
-enum Item {
-    Ping(usize, usize),
-    Click(usize, usize),
-    Calibration(usize, usize),
-}
-
-impl Item {
-    fn read(&self, folder: &RecordFolder) -> Result<Record, RigError> {
-        match *self {
-            Self::Ping(point, repeat) => folder.ping(point, repeat),
-            Self::Click(point, repeat) => folder.click(point, repeat),
-            Self::Calibration(which, repeat) => folder.calibration(which, repeat),
-        }
-    }
-
-    fn name<'a>(&self, set: &'a RecordSet) -> &'a str {
-        match *self {
-            Self::Ping(point, repeat) => &set.points[point].pings[repeat],
-            Self::Click(point, repeat) => &set.points[point].clicks[repeat],
-            Self::Calibration(which, repeat) => &set.calibrations[which].clicks[repeat],
-        }
-    }
-}
-
-fn records(set: &RecordSet) -> Vec<Item> {
-    let points = set.points.iter().enumerate().flat_map(|(i, point)| {
-        let pings = (0..point.pings.len()).map(move |r| Item::Ping(i, r));
-        pings.chain((0..point.clicks.len()).map(move |r| Item::Click(i, r)))
-    });
-    let calibrations = set.calibrations.iter().enumerate();
-    points
-        .chain(calibrations.flat_map(|(i, c)| (0..c.clicks.len()).map(move |r| Item::Calibration(i, r))))
-        .collect()
-}
-
+/// How many samples of a record are at the limit of the instrument.
 fn clipped(record: &Record) -> usize {
-    let limit = record.full_scale * (1.0 - 1e-6);
-    record.channels.iter().flatten().filter(|p| p.abs() >= limit).count()
+    (0..record.channels.len()).map(|m| record.clipped(m)).sum()
 }
 
 fn describe(set: &RecordSet, ui: &Ui) {

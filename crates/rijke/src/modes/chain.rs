@@ -1,6 +1,6 @@
 //! A network of either kind, at rest or with mean flow, and what is asked of each of its modes.
 
-use super::advice::{CHANGES, Change};
+use super::advice::names;
 use crate::failure::{Classify, Failure};
 use rijke_engine::run::modes_at;
 use rijke_engine::{ModeDetails, SavedModel, Spectrum};
@@ -9,7 +9,7 @@ use rijke_network::file::{
     scatter,
 };
 use rijke_network::flow_chain::FlowChain;
-use rijke_network::{Device, Mode, Modes, NetworkError, Region, Station};
+use rijke_network::{Mode, Modes, NetworkError, Region, SmallChange, Station};
 use rijke_numerics::C64;
 use rijke_report::ModeCurves;
 use rijke_study::Study;
@@ -206,7 +206,7 @@ impl Case {
         let Some((k, _)) = study.campaign.point(id) else {
             let some: Vec<&str> = study.campaign.points.iter().take(8).map(|p| p.id.as_str()).collect();
             return Err(Failure::bad_input(format!("there is no operating point called `{id}`"))
-                .at(&dir.join("campaign.csv"))
+                .at(&dir.join(&study.campaign.file))
                 .remedy(format!("Give one of its names: {} ...", some.join(", "))));
         };
         let (region, spectrum, devices, temperature) =
@@ -342,18 +342,8 @@ fn account(found: &ModeDetails) -> Account {
 /// Shape of a mode and sensitivities of its growth rate along x.
 pub(crate) fn curves_of(s: C64, stations: &[Station]) -> ModeCurves {
     let of = |f: &dyn Fn(&Station) -> f64| stations.iter().map(f).collect();
-    let device = |d: Device| move |s: &Station| s.device(d).re;
-    let changes = CHANGES.iter().map(|change| {
-        let curve = match change {
-            Change::Drag => of(&device(Device::Drag)),
-            Change::Heat => of(&device(Device::Heat)),
-            Change::Leak => of(&device(Device::Leak)),
-            Change::Area => of(&|s| s.area.re),
-            Change::Temperature => of(&|s| s.temperature.re),
-        };
-        (change.label().to_owned(), curve)
-    });
-    let changes = changes.collect();
+    let change = |change: SmallChange| (names(change)[0].to_owned(), of(&|s| change.of(s)));
+    let changes = SmallChange::ALL.map(change).to_vec();
     let (pressure, velocity) = (of(&|s| s.pressure.norm()), of(&|s| s.velocity.norm()));
     let (growth_rate, frequency_hz) = (s.re, s.im / (2.0 * PI));
     ModeCurves { growth_rate, frequency_hz, x: of(&|s| s.x), pressure, velocity, changes }

@@ -1,13 +1,13 @@
 //! Modes as a table, as CSV and as JSON.
 
-use super::advice::{Advice, CHANGES};
+use super::advice::{Advice, names};
 use super::chain::{Case, Line};
 use crate::{
     csv_table::{csv_table, texts},
     failure::{Classify, Failure},
     ui::Ui,
 };
-use rijke_network::Modes;
+use rijke_network::{Modes, SmallChange};
 use rijke_report::ModeCurves;
 use serde::Serialize;
 use std::f64::consts::PI;
@@ -149,7 +149,7 @@ pub(super) fn csv(lines: &[Line], ui: &Ui) -> Result<(), Failure> {
 /// Shapes and sensitivities along x as CSV. The rows of a mode begin with its keys, whose columns `keys`
 /// names.
 pub(crate) fn along<'a>(keys: &str, modes: impl Iterator<Item = (String, &'a ModeCurves)>) -> String {
-    let (mut rows, mut columns) = (String::new(), CHANGES.map(|change| change.column()).to_vec());
+    let (mut rows, mut columns) = (String::new(), SmallChange::ALL.map(|change| names(change)[1]).to_vec());
     for (key, mode) in modes {
         if mode.changes.is_empty() {
             columns.clear();

@@ -3,8 +3,8 @@
 /// The kind of rig that is nearest to yours.
 #[derive(Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub(super) enum Template {
-    /// Vertical tube, open at both ends, with an electric heater; the flow is driven by buoyancy and inferred
-    /// from clicks.
+    /// Vertical tube, open at both ends, heated electrically within; the flow is driven by buoyancy and
+    /// inferred from clicks.
     HeatedTube,
     /// Tube closed below, with an electrically heated gauze; forced flow, thermometers.
     QuarterWave,
@@ -47,7 +47,7 @@ const HEATED_TUBE: Files = files! { "heated-tube":
     "campaign.csv"
     "study.toml"
     "candidates/heat-release.toml"
-    "candidates/heater.toml"
+    "candidates/hot-body.toml"
     "candidates/rods.toml"
     "candidates/tube.toml"
     "draft/records/campaign.toml"

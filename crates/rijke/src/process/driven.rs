@@ -10,11 +10,10 @@ use crate::{
 use rijke_rig::{Driven, ExcitedRecords, Specimen, SpectraKind};
 use rijke_signal::{
     ChannelGains, Fault, LossBand, PressureFault, RelativePressures, Spectra, Swept, SweptOptions,
-    SwitchedGains, TransmissionLoss, TransmissionTube, TubeErrors, kirchhoff,
+    SwitchedGains, TransmissionLoss, TransmissionTube, TubeDuct, TubeErrors,
 };
-use rijke_study::Study;
+use rijke_study::{DuctAt, Study};
 use serde_json::{Value, json};
-use std::f64::consts::PI;
 
 /// Gains of the channels, pressures at the operating points over that at the first microphone, and what
 /// specimens let through.
@@ -252,24 +251,19 @@ fn transmission(
 ) -> Result<(String, Vec<LossBand>), Failure> {
     let layout = study.rig.at_factors(&study.campaign.points[point].factors, study.rig.temperature);
     let layout = layout.map_err(|problem| Failure::bad_input(problem).at(&study.folder.join("rig.toml")))?;
+    if let Some(part) = study.rig.parts.iter().find(|part| part.is_of_other_gas()) {
+        return Err(Failure::bad_input(format!(
+            "`{}` has a gas of its own, and transmission is told in one gas",
+            part.name
+        ))
+        .at(&study.folder.join("rig.toml"))
+        .remedy("Take gamma and gas_constant out of the ducts; [gas] has those of all."));
+    }
     let gas = study.rig.gas.at(study.rig.temperature, study.rig.pressure);
-    // The ducts next to the faces: the last that begins before it, and the first that ends behind it.
-    let [front, back] = specimen.between;
-    let before = layout.ducts.iter().rfind(|d| d.span[0] < front).map(|d| d.area[1]);
-    let behind = layout.ducts.iter().find(|d| d.span[1] > back).map(|d| d.area[0]);
-    let layers = [before, behind].map(|area| area.map_or(0.0, |area| kirchhoff(&gas) / (area / PI).sqrt()));
-    let tube = TransmissionTube {
-        places: layout.microphones,
-        between: specimen.between,
-        sound_speed: gas.sound_speed,
-        layers,
-        wall_factor: specimen.wall_factor,
-    };
-    let errors = TubeErrors {
-        place: specimen.place_sd,
-        sound_speed: specimen.sound_speed_sd,
-        wall_factor: specimen.wall_factor_sd,
-    };
+    let duct = |d: &DuctAt| TubeDuct { span: d.span, area: d.area };
+    let ducts: Vec<TubeDuct> = layout.ducts.iter().map(duct).collect();
+    let tube = TransmissionTube::of(specimen, layout.microphones, &ducts, &gas);
+    let errors = TubeErrors::of(specimen);
     let [before, behind] = tube.sides();
     if before < 2 || behind < 2 {
         return Err(Failure::bad_input(format!(

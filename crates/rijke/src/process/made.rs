@@ -25,6 +25,6 @@ pub(super) fn point_of(
         let known: Vec<&str> = study.campaign.points.iter().map(|p| p.id.as_str()).collect();
         Failure::bad_input(format!("there is no operating point `{point}`; known: {}", known.join(", ")))
             .at(&records.path)
-            .remedy(format!("Correct the name in {key}, or add the point to campaign.csv."))
+            .remedy(format!("Correct the name in {key}, or add the point to the campaign."))
     })
 }

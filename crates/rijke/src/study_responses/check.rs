@@ -96,11 +96,8 @@ fn told(ui: &Ui, stage: &ResponseForesight) {
             model.id,
             if all.is_empty() { "nothing is free".to_owned() } else { all.join(", ") }
         ));
-        for (name, w) in model.widths.iter().filter(|(_, w)| *w > NOT_TOLD) {
+        for (name, w) in model.not_told() {
             ui.say(format!("    not identified: {name} keeps {:.0} % of its prior width", 100.0 * w));
         }
     }
 }
-
-/// A parameter that keeps more of its prior width is not told by the data: half of the variance.
-const NOT_TOLD: f64 = std::f64::consts::FRAC_1_SQRT_2;

@@ -8,7 +8,7 @@ const SAMPLES: &str = "clicks/heater-250mm.csv";
 
 /// A virtual record with its first `keep` samples.
 fn clicks(folder: &Path, keep: usize) -> Vec<String> {
-    let output = rijke(folder, &["flow", "--twin", "--heaters", "0.25", "--out", "clicks"]);
+    let output = rijke(folder, &["flow", "--twin", "--places", "0.25", "--out", "clicks"]);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let text = fs::read_to_string(folder.join(SAMPLES)).unwrap();
     text.lines().take(1 + keep).map(String::from).collect()

@@ -87,7 +87,7 @@ const QUICK: [&str; 8] = [
     "infer EXAMPLES/ducted-flame/n-tau.toml --data EXAMPLES/ducted-flame/modes.csv --fitted OUT",
     "modes NETWORK --plot OUT",
     "modes NETWORK --along OUT",
-    "flow --twin --heaters 0.25 --out OUT",
+    "flow --twin --places 0.25 --out OUT",
     "man --out OUT",
 ];
 

@@ -6,6 +6,7 @@ mod bad_input;
 mod base_states;
 mod book;
 mod calibration_clicks;
+mod campaign_forms;
 mod chain;
 mod coverage_study;
 mod design_few;

@@ -86,7 +86,7 @@ fn behaviour_the_study_says_where_the_mode_lies_and_how_warm_it_was() {
     for part in [
         "sought from 60 to 460 Hz, as [search] of rig.toml says",
         "gains and delays from [microphones] of the manifest, known to 2.0 % and 5 us",
-        "2 of 2 points have the ambient temperature of campaign.csv (T_amb)",
+        "2 of 2 points have the ambient temperature of the campaign (T_amb)",
     ] {
         assert!(said.contains(part), "{part}: {said}");
     }

@@ -16,5 +16,6 @@ mod repeated;
 pub use kept::Kept;
 pub use live::LiveRecord;
 pub use options::{PointScatter, ProcessError, ProcessOptions, Processed};
-pub use path::{click_options, kirchhoff};
+pub use path::click_options;
+pub(crate) use path::kirchhoff;
 pub use process::{process, process_again, record_count};

@@ -25,7 +25,7 @@ fn insert_length(rig: &TubeRig, point: &OperatingPoint) -> f64 {
 /// s^{1/2} per m of path and per (1/m): see [`ClickOptions::dispersion`]. In a round tube that perimeter over
 /// twice the area is one over the radius.
 #[must_use]
-pub fn kirchhoff(gas: &GasState) -> f64 {
+pub(crate) fn kirchhoff(gas: &GasState) -> f64 {
     (0.5 * gas.viscosity / gas.density).sqrt() * (1.0 + (gas.gamma - 1.0) / gas.prandtl.sqrt())
         / gas.sound_speed
 }

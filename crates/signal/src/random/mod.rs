@@ -13,4 +13,4 @@ pub use pressures::{ChannelGains, PressureFault, RelativePressures};
 pub use spectra::{Spectra, TransferEstimate};
 pub use swept::{Field, Swept, SweptOptions};
 pub use switched::{GainPair, SwitchedGains};
-pub use transmission::{LossBand, TransmissionLoss, TransmissionTube, Transmitted, TubeErrors};
+pub use transmission::{LossBand, TransmissionLoss, TransmissionTube, Transmitted, TubeDuct, TubeErrors};

@@ -1,8 +1,10 @@
 //! Transmission through a specimen between microphones, from one record.
 
 use super::pressures::RelativePressures;
+use crate::campaign::kirchhoff;
 use rijke_numerics::C64;
-use std::f64::consts::TAU;
+use rijke_rig::{GasState, Specimen};
+use std::f64::consts::{PI, TAU};
 
 /// A tube with microphones before and behind a specimen, in gas at rest.
 #[derive(Clone, Debug, PartialEq)]
@@ -14,8 +16,8 @@ pub struct TransmissionTube {
     /// Speed of sound, m/s.
     pub sound_speed: f64,
     /// What thin boundary layers do to a wave before and behind the specimen, s^{1/2}/m: along 1 m its
-    /// spectrum is multiplied with e^{-(1+i) layers sqrt(omega)}. In a round tube [`crate::kirchhoff`] over
-    /// its radius.
+    /// spectrum is multiplied with e^{-(1+i) layers sqrt(omega)}. In a round tube Kirchhoff's dispersion
+    /// over its radius.
     pub layers: [f64; 2],
     /// By how much these are larger than those of a smooth wall; 0 for a tube without loss.
     pub wall_factor: f64,
@@ -95,7 +97,45 @@ impl LossBand {
     }
 }
 
+impl TubeErrors {
+    /// As the manifest states them.
+    #[must_use]
+    pub fn of(specimen: &Specimen) -> Self {
+        Self {
+            place: specimen.place_sd,
+            sound_speed: specimen.sound_speed_sd,
+            wall_factor: specimen.wall_factor_sd,
+        }
+    }
+}
+
+/// A duct along which waves run to a specimen.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TubeDuct {
+    /// Where it begins and ends, m.
+    pub span: [f64; 2],
+    /// Area at its ends, m^2.
+    pub area: [f64; 2],
+}
+
 impl TransmissionTube {
+    /// Of a specimen in a chain of ducts, with microphones at `places` (m): the walls are those of the last
+    /// duct that begins before it, and of the first that ends behind it.
+    #[must_use]
+    pub fn of(specimen: &Specimen, places: Vec<f64>, ducts: &[TubeDuct], gas: &GasState) -> Self {
+        let [front, back] = specimen.between;
+        let before = ducts.iter().rfind(|d| d.span[0] < front).map(|d| d.area[1]);
+        let behind = ducts.iter().find(|d| d.span[1] > back).map(|d| d.area[0]);
+        let layer = |area: f64| kirchhoff(gas) / (area / PI).sqrt();
+        Self {
+            places,
+            between: specimen.between,
+            sound_speed: gas.sound_speed,
+            layers: [before, behind].map(|area| area.map_or(0.0, layer)),
+            wall_factor: specimen.wall_factor,
+        }
+    }
+
     /// How many microphones are before the specimen, and how many behind it; waves are told apart by two.
     #[must_use]
     pub fn sides(&self) -> [usize; 2] {
@@ -210,5 +250,34 @@ impl TransmissionTube {
         };
         add(moved(1.0), moved(-1.0));
         Some([value, variance.sqrt()])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rijke_rig::Gas;
+
+    #[test]
+    fn exact_the_walls_are_those_of_the_ducts_beside_the_specimen() {
+        let specimen = Specimen {
+            points: Vec::new(),
+            between: [1.0, 1.02],
+            place_sd: 1e-3,
+            sound_speed_sd: 2e-3,
+            wall_factor: 1.2,
+            wall_factor_sd: 0.1,
+        };
+        let duct = |from: f64, to: f64, radius: f64| {
+            let area = PI * radius * radius;
+            TubeDuct { span: [from, to], area: [area; 2] }
+        };
+        let ducts = [duct(0.0, 1.0, 0.03), duct(1.0, 1.02, 0.01), duct(1.02, 2.0, 0.015)];
+        let gas = Gas::air().at(293.15, 101_325.0);
+        let tube = TransmissionTube::of(&specimen, vec![0.5, 1.5], &ducts, &gas);
+        assert!((tube.layers[1] / tube.layers[0] - 2.0).abs() < 1e-12, "{:?}", tube.layers);
+        assert!((tube.layers[0] * 0.03 / kirchhoff(&gas) - 1.0).abs() < 1e-12);
+        assert_eq!((tube.sound_speed, tube.wall_factor), (gas.sound_speed, 1.2));
+        assert_eq!(TubeErrors::of(&specimen).sound_speed, 2e-3);
     }
 }

@@ -58,15 +58,31 @@ pub struct Effect {
 }
 
 /// A velocity elsewhere to which a source of heat answers.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Hears {
     /// The name in the scope of how far away it is, m.
     pub distance: usize,
     /// On which side.
     pub downstream: bool,
-    /// Whether the law is per heat of the mean flow through the place itself, (T_2 - T)/T A/A_2: elsewhere
-    /// the temperature and the area are those that are there.
+    /// Whether the law is per heat of the mean flow through the place itself, (rho/rho_2 - 1) A/A_2:
+    /// elsewhere the density and the area are those that are there.
     pub of_mean: bool,
+    /// Along what the heat is released, if not at the place itself.
+    pub spread: Option<Spread>,
+}
+
+/// A stretch along which a source releases its heat, in the middles of equal pieces.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Spread {
+    /// The name in the scope of its length, m.
+    pub length: usize,
+    /// The name in the scope of where a piece is, 0 at the beginning and 1 at the end; its value is that of
+    /// the piece.
+    pub along: usize,
+    /// Heat per length at equally spaced points from end to end, up to a factor.
+    pub density: Vec<f64>,
+    /// Number of pieces.
+    pub pieces: usize,
 }
 
 /// The coefficient that an effect adds to: equations (1) and (2) of Juniper & Yoko 2022, p2 - p1 = -k_mu u1 -

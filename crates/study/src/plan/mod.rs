@@ -9,6 +9,7 @@ mod questions;
 mod read;
 mod select;
 mod stands;
+mod suits;
 
 pub use maps::{MapGrid, MapQuestion};
 pub use noise::{NoiseSpec, PlannedLawError, PlannedVarying, SdSpec};

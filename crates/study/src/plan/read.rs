@@ -197,10 +197,7 @@ impl Plan {
                 Base::HeatedFlow(heated)
             }
         };
-        let hot = |part: &&crate::Part| matches!(&part.shape, crate::Shape::Duct(duct) if !duct.temperatures.is_empty());
-        if let Some(part) = rig.parts.iter().find(hot).filter(|_| !matches!(base, Base::Rig)) {
-            return Err(source.fail(0, StudyProblem::UnusedTemperature { part: part.name.clone() }));
-        }
+        base.suits(rig).map_err(|problem| source.fail(0, problem))?;
         let (name, question) = (file.name, file.question);
         let cost = file.cost.map(|cost| {
             let at = cost.span().start;

@@ -34,7 +34,7 @@ const fn or(name: &'static str, unit: &'static str, default: &'static str) -> Ke
 pub(super) const COMPACT: [Kind; 8] = [
     Kind { name: "device", keys: &[], laws: &[] },
     // Heat release in proportion to velocity: k_eu = -gain F(s). With `n`, Q'/Q = n F u'/U and the mean heat
-    // is that of the temperature rise, so that gain = n (T_2 - T)/T A/A_2 (Dowling & Stow 2003, with the
+    // is that of the rise of p/rho, so that gain = n (rho/rho_2 - 1) A/A_2 (Dowling & Stow 2003, with the
     // reference just upstream).
     Kind { name: "flame", keys: &[need("gain", "1")], laws: &[(Eu, "-(gain)*(transfer)")] },
     // A plate with a hole, or with many: inertia rho l_eff A/A_hole and drag; what it is made of is
@@ -222,6 +222,20 @@ pub(super) const FUNCTION: [(&str, &[&str]); 5] = [
     ("table", &["gain", "delay", "table", "tolerance"]),
 ];
 
+/// Keys of network files that rigs do not have: element, key, and what must stand there in its place.
+pub(super) const REFUSED: [(&str, &str, &str); 3] = [
+    ("duct", "sound_speed", OF_ITS_GAS),
+    ("duct", "density", OF_ITS_GAS),
+    (
+        "duct",
+        "scheme",
+        "left out: in a rig walls lose along the duct; a candidate may let a law act at places instead",
+    ),
+];
+
+const OF_ITS_GAS: &str =
+    "left out: in a rig it follows from `temperature`, `gamma` and `gas_constant` of the duct: give these";
+
 /// No number of a rig is larger in SI units.
 const LARGEST: f64 = 1e30;
 
@@ -240,9 +254,19 @@ pub(super) fn fault_of(key: &str, value: f64) -> Option<&'static str> {
         "neck_length",
         "area",
         "cutoff_hz",
+        "gas_constant",
     ];
-    let least_zero =
-        ["delay", "thickness", "drag", "resistance", "effective_length", "loss", "wall_thickness", "modulus"];
+    let least_zero = [
+        "delay",
+        "delay_end",
+        "thickness",
+        "drag",
+        "resistance",
+        "effective_length",
+        "loss",
+        "wall_thickness",
+        "modulus",
+    ];
     let fault = |wrong: bool, need| wrong.then_some(need);
     match key {
         _ if positive.contains(&key) => fault(value <= 0.0, "positive"),
@@ -250,6 +274,7 @@ pub(super) fn fault_of(key: &str, value: f64) -> Option<&'static str> {
         "porosity" | "open_area" => {
             fault(!(value > 0.0 && value <= 1.0), "above 0 and at most 1: a part of an area")
         }
+        "gamma" => fault(value <= 1.0, "above 1"),
         "mach" => fault(!(value > 0.0 && value < 0.3), "above 0 and below 0.3"),
         "angle" => fault(value.abs() > 2.0 * std::f64::consts::PI, "at most a turn: angles are in rad"),
         _ => None,

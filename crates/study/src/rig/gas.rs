@@ -30,6 +30,17 @@ impl GasModel {
         }
     }
 
+    /// The gas with another ratio of specific heats and another gas constant (J/(kg K)), where they are
+    /// given; none for a gas whose properties follow temperature.
+    #[must_use]
+    pub fn with(&self, [gamma, constant]: [Option<f64>; 2]) -> Option<Self> {
+        let Self::Perfect { gamma: own, constant: own_constant, viscosity, prandtl } = *self else {
+            return None;
+        };
+        let (gamma, constant) = (gamma.unwrap_or(own), constant.unwrap_or(own_constant));
+        Some(Self::Perfect { gamma, constant, viscosity, prandtl })
+    }
+
     /// All properties at `temperature` (K) and `pressure` (Pa).
     #[must_use]
     pub fn at(&self, temperature: f64, pressure: f64) -> GasState {

@@ -24,19 +24,30 @@ pub struct Part {
 }
 
 impl Part {
-    /// Whether it is a duct with a temperature that names unknowns.
+    /// Whether it is a duct of which a temperature, the ratio of specific heats or the gas constant names
+    /// unknowns.
     #[must_use]
     pub fn is_of_unknown_gas(&self) -> bool {
         let unknown = |t: &Value| matches!(t, Value::Unknown(..));
-        matches!(&self.shape, Shape::Duct(duct) if duct.temperatures.iter().any(unknown))
+        matches!(&self.shape, Shape::Duct(duct)
+            if duct.temperatures.iter().chain(duct.gas.iter().flatten()).any(unknown))
     }
 
-    /// The formulas of its lengths, areas, temperatures and places that name unknowns.
+    /// Whether it is a duct of another gas than that of the rig.
+    #[must_use]
+    pub fn is_of_other_gas(&self) -> bool {
+        matches!(&self.shape, Shape::Duct(duct) if duct.gas.iter().any(Option::is_some))
+    }
+
+    /// The formulas of its lengths, areas, temperatures, gas and places that name unknowns.
     pub fn unknown(&self) -> impl Iterator<Item = &Formula> {
         let values: Vec<&Value> = match &self.shape {
-            Shape::Duct(duct) => {
-                [&duct.length].into_iter().chain(&duct.area).chain(&duct.temperatures).collect()
-            }
+            Shape::Duct(duct) => [&duct.length]
+                .into_iter()
+                .chain(&duct.area)
+                .chain(&duct.temperatures)
+                .chain(duct.gas.iter().flatten())
+                .collect(),
             Shape::Device(at) => at.iter().collect(),
             Shape::Insert(from, to) => vec![from, to],
         };
@@ -66,6 +77,8 @@ pub struct Duct {
     pub temperatures: Vec<Value>,
     /// Standard deviation of these temperatures, K: one error that all points share.
     pub temperature_sd: f64,
+    /// Ratio of specific heats and gas constant (J/(kg K)) where they are not those of the rig's gas.
+    pub gas: Box<[Option<Value>; 2]>,
     /// Number of pieces into which a cone is cut.
     pub pieces: Option<usize>,
 }

@@ -1,11 +1,13 @@
 //! From the text of `rig.toml` to a rig.
 
+mod duct;
 mod element;
 mod ends;
 mod instruments;
 mod owner;
 mod recording;
 mod shapes;
+mod spread;
 mod transfer;
 
 use self::recording::Recording;
@@ -103,6 +105,8 @@ struct Reading<'a> {
     /// Measured tables, and where the file has them.
     tables: Vec<(Range<usize>, Measured)>,
     is_choked: bool,
+    /// Whether properties of the gas follow temperature, so that it has no gamma of its own.
+    gas_follows_temperature: bool,
 }
 
 impl File {
@@ -175,9 +179,11 @@ pub(super) fn rig(file: File, campaign: &Campaign, source: &Source) -> Outcome<R
         loose: vec![(second, Value::Number(1.0))],
         tables: Vec::new(),
         is_choked: false,
+        gas_follows_temperature: false,
     };
     let gas_at = file.gas.as_ref().map_or(0..0, Spanned::span);
     let (gas, pressure, temperature) = reading.gas(file.gas)?;
+    reading.gas_follows_temperature = matches!(gas, GasModel::Real(_));
     for (k, element) in file.element.into_iter().enumerate() {
         reading.element(k, element)?;
     }

@@ -1,5 +1,7 @@
 //! The rig at one operating point: numbers in the place of formulas.
 
+use super::elements::fault_of;
+use super::gas::GasModel;
 use super::part::{PIECES, Shape};
 use super::whole::Rig;
 use crate::law::Place;
@@ -35,6 +37,8 @@ pub struct DuctAt {
     pub area: [f64; 2],
     /// Temperatures at equally spaced places, K; may be empty.
     pub temperatures: Vec<f64>,
+    /// Its gas, if it has another than the rig.
+    pub gas: Option<GasModel>,
     /// Into how many pieces it is cut at least.
     pub pieces: usize,
 }
@@ -103,10 +107,19 @@ impl Rig {
             if let Some(&t) = temperatures.iter().find(|t| !(**t > 0.0 && t.is_finite())) {
                 return Err(wrong(format!("{}: temperature", part.name), t, "above 0 K"));
             }
+            let own_gas = [0, 1].map(|k| duct.gas[k].as_ref().map(|value| value.at(&numbers)));
+            for (key, value) in [("gamma", own_gas[0]), ("gas_constant", own_gas[1])] {
+                let Some(value) = value else { continue };
+                let fault = if value.is_finite() { fault_of(key, value) } else { Some("a number") };
+                if let Some(need) = fault {
+                    return Err(wrong(format!("{}: {key}", part.name), value, need));
+                }
+            }
+            let gas = self.gas.with(own_gas).filter(|_| part.is_of_other_gas());
             let varies = area != area_end || temperatures.len() > 1;
             let pieces = duct.pieces.unwrap_or(if varies { PIECES } else { 1 });
             let span = [end, end + length];
-            ducts.push(DuctAt { part: k, span, area: [area, area_end], temperatures, pieces });
+            ducts.push(DuctAt { part: k, span, area: [area, area_end], temperatures, gas, pieces });
             end += length;
         }
         numbers[LENGTH] = end;

@@ -67,7 +67,7 @@ pub(super) fn flow(bench: &mut Bench<'_>) -> Outcome {
         &["observations"],
     );
     let folder = bench.folder("flow", "over-time")?;
-    bench.run(&folder, "flow --twin --heaters 0.25 --out clicks")?;
+    bench.run(&folder, "flow --twin --places 0.25 --out clicks")?;
     let path = folder.join("clicks/heater-250mm.csv");
     let text = fs::read_to_string(&path).map_err(|e| e.to_string())?;
     write(&path, text.lines().take(101).collect::<Vec<_>>().join("\n") + "\n")?;

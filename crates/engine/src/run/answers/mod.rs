@@ -4,13 +4,17 @@
 //! Knows trained stages, and neither how they were trained nor how a figure is drawn.
 
 mod axes;
+mod beside;
 mod contours;
+mod nodes;
 mod point_by_point;
 mod prediction;
 mod ranking;
 mod stability;
 
 pub use axes::{symbol, with_sd};
+pub use beside::{gains_along, left_out_table, residuals_over_factors};
+pub use nodes::MapNodes;
 pub use stability::stability;
 
 use super::course::Run;

@@ -130,6 +130,9 @@ pub fn sliders(
     if assembly.candidates().iter().flat_map(|c| &c.effects).any(|e| e.hears.is_some()) {
         return Err("a flame answers to the velocity elsewhere".to_owned());
     }
+    if study.rig.parts.iter().any(rijke_study::Part::is_of_other_gas) {
+        return Err("a duct has gas of its own".to_owned());
+    }
     let ambient = ambient_of_all(study, observations);
     let states = states(study, &ambient, true).map_err(said)?;
     let all = observed(study, observations, &states, &ambient).map_err(said)?;

@@ -19,6 +19,7 @@ mod errors;
 mod fit;
 #[cfg(test)]
 mod foreseen;
+mod infer;
 mod joint;
 mod observed;
 mod prediction;
@@ -32,7 +33,7 @@ mod unknowns;
 
 pub use super::report::SettlingReport;
 pub use fit::{JointFit, ReadingMisfit, Settled};
-pub use observed::runs;
+pub use infer::{heated, infer};
 pub use readings::Readings;
 pub use run::{SettledRun, State};
 pub use unknowns::unknowns;

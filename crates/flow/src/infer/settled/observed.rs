@@ -42,7 +42,7 @@ const SHAPE_SD: f64 = 0.5e-6;
 ///
 /// # Errors
 /// Those of [`SettledRun::checked`], with the heater's place, and of the model.
-pub fn runs(
+pub(super) fn runs(
     observations: &Observations,
     along: &Readings,
     pipe: &dyn Fn(f64) -> Result<Pipe, FlowError>,

@@ -141,8 +141,8 @@ pub(super) const CASES: [Case; 31] = [
     case(
         "heater of a virtual record nowhere",
         |_| (),
-        "flow --twin --heaters nan --out clicks",
-        ["invalid value 'nan' for '--heaters <HEATERS>'", "must be finite", "--help"],
+        "flow --twin --places nan --out clicks",
+        ["invalid value 'nan' for '--places <PLACES>'", "must be finite", "--help"],
     ),
     case(
         "negative frequency",

@@ -3,7 +3,7 @@
 use super::Reading;
 use crate::StudyProblem;
 use crate::names::{add, factors};
-use crate::rig::elements::{COMPACT, ENDS, FUNCTION};
+use crate::rig::elements::{COMPACT, ENDS, FUNCTION, REFUSED};
 use crate::rig::part::{Part, Shape, own_numbers};
 use crate::rig::value::{Given, Reader, Value};
 use crate::source::{Outcome, listed};
@@ -99,13 +99,17 @@ impl Reading<'_> {
 
     pub(super) fn finished(&self, table: &Table, kind: &str, at: &Range<usize>) -> Outcome<()> {
         let Some(key) = table.keys().next() else { return Ok(()) };
+        if let Some((_, _, need)) = REFUSED.iter().find(|(of, name, _)| *of == kind && name == key) {
+            let value = table[key].to_string();
+            return Err((at.clone(), StudyProblem::Value { key: key.clone(), value, need }));
+        }
         let is_end = ENDS.iter().any(|k| k.name == kind);
         let of_kind = match kind {
             "duct" => {
-                "length, diameter, diameter_end, area, area_end, temperature, temperature_end, temperatures, temperature_sd, pieces, wall, wall_factor"
+                "length, diameter, diameter_end, area, area_end, temperature, temperature_end, temperatures, temperature_sd, gamma, gas_constant, pieces, wall, wall_factor"
             }
             "insert" => "from, to",
-            "flame" => "n, reference, reference_side",
+            "flame" => "n, reference, reference_side, length, delay_end, density, pieces",
             "side-hole" => "outlet, wall",
             "screen" => "open_area",
             "orifice" => "porosity, bias_velocity",

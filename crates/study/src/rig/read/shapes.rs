@@ -1,11 +1,10 @@
-//! What an element brings: the shape of a duct, and the laws of ducts and devices.
+//! What an element brings: the laws of ducts and devices.
 
 use super::owner::Owner;
 use super::{Reading, Waiting, complex};
 use crate::StudyProblem;
 use crate::law::{Coefficient, Hears, words};
 use crate::names::add;
-use crate::rig::Duct;
 use crate::rig::elements::{
     FUNCTION, HOLE_OUTLETS, Key, Kind, PLATE, PLATE_OF_HOLES, SCREEN_LOSS, SHED, SIDE_HOLE, WALLS, fault_of,
 };
@@ -16,98 +15,6 @@ use std::ops::Range;
 use toml::{Table, Value as Toml};
 
 impl Reading<'_> {
-    pub(super) fn duct(&mut self, part: usize, table: &mut Table, at: &Range<usize>) -> Outcome<Duct> {
-        let length = self.needed(part, table, "length", "m", at)?;
-        let one_of = |what: &'static str| {
-            (at.clone(), StudyProblem::Missing { key: what.into(), need: "give one of the two" })
-        };
-        let mut area = |round: &'static str, plain: &'static str| -> Outcome<Option<Value>> {
-            match (table.remove(round), table.remove(plain)) {
-                (Some(d), None) => {
-                    // A disc, with the diameter in place.
-                    let text = match self.extent(part, round, &d, "m", at)? {
-                        Value::Number(d) => {
-                            in_range(round, &Given::Value(Value::Number(d)), at)?;
-                            return Ok(Some(Value::Number(0.25 * std::f64::consts::PI * d * d)));
-                        }
-                        Value::Formula(f) | Value::Unknown(f, _) => format!("pi/4*({})^2", f.source()),
-                        Value::Table(factor, rows) => {
-                            let owner = self.parts[part].name.clone();
-                            let name = self.loose(&owner, round, "m", Value::Table(factor, rows), at)?;
-                            format!("pi/4*({name})^2")
-                        }
-                    };
-                    self.extent(part, round, &Toml::String(text), "m^2", at).map(Some)
-                }
-                (None, Some(a)) => self.extent(part, plain, &a, "m^2", at).map(Some),
-                (None, None) => Ok(None),
-                (Some(_), Some(_)) => Err(one_of("diameter or area")),
-            }
-        };
-        let start = area("diameter", "area")?.ok_or_else(|| one_of("diameter or area"))?;
-        let end = area("diameter_end", "area_end")?.unwrap_or_else(|| start.clone());
-        let mut temperatures = Vec::new();
-        for key in ["temperature", "temperature_end"] {
-            if let Some(value) = table.remove(key) {
-                temperatures.push(self.extent(part, key, &value, "K", at)?);
-            }
-        }
-        if let Some(value) = table.remove("temperatures") {
-            let list = value.as_array().filter(|_| temperatures.is_empty()).cloned().ok_or_else(|| {
-                let need = "a list, without `temperature` beside it";
-                (
-                    at.clone(),
-                    StudyProblem::Value { key: "temperatures".into(), value: value.to_string(), need },
-                )
-            })?;
-            for value in &list {
-                temperatures.push(self.read(part, "temperatures", value, "K", at)?);
-            }
-        }
-        let temperature_sd = self.plain(table, "temperature_sd", "K", at)?.unwrap_or(0.0);
-        let stands_alone = temperature_sd > 0.0 && temperatures.is_empty();
-        if temperature_sd.is_nan() || temperature_sd < 0.0 || stands_alone {
-            let (key, value) = ("temperature_sd".into(), temperature_sd.to_string());
-            let need = "positive, beside a `temperature` of this duct";
-            return Err((at.clone(), StudyProblem::Value { key, value, need }));
-        }
-        let pieces = self.plain(table, "pieces", "1", at)?;
-        let pieces = match pieces {
-            None => None,
-            Some(n) if (1.0..=1e5).contains(&n) && n.fract() == 0.0 => Some(n as usize),
-            Some(n) => {
-                let need = "a whole number from 1 to 100000";
-                return Err((
-                    at.clone(),
-                    StudyProblem::Value { key: "pieces".into(), value: n.to_string(), need },
-                ));
-            }
-        };
-        if let Some(wall) = table.remove("wall") {
-            let wanted = wall.as_str().unwrap_or("?");
-            let factor = table.remove("wall_factor").unwrap_or(Toml::Float(1.0));
-            let law = WALLS.iter().find(|(name, _)| *name == wanted);
-            match law {
-                Some((_, laws)) => {
-                    let definitions = self.definition(part, "wall_factor", "1", &factor, at)?;
-                    for (coefficient, law) in [Coefficient::Mu, Coefficient::Ep].into_iter().zip(laws) {
-                        let place = self.parts[part].name.clone();
-                        self.wait(at, place, coefficient, (*law).to_owned(), &definitions, Some(part));
-                    }
-                }
-                None if wanted == "none" => {}
-                None => {
-                    let known = listed(["none"].into_iter().chain(WALLS.iter().map(|w| w.0)));
-                    return Err((
-                        at.clone(),
-                        StudyProblem::Unknown { what: "law of the wall", name: wanted.into(), known },
-                    ));
-                }
-            }
-        }
-        Ok(Duct { length, area: [start, end], temperatures, temperature_sd, pieces })
-    }
-
     /// A number of an element, for its laws: as a number of its part, or, where it needs more than the
     /// operating point, as a named subexpression.
     pub(super) fn definition(
@@ -169,7 +76,17 @@ impl Reading<'_> {
         let mut hears = None;
         if kind.name == "flame" {
             hears = self.reference(part, table, at)?;
+            let delayed = table.contains_key("delay");
             definitions.extend(self.flame(part, table, at)?);
+            let spread = self.spread(part, table, &mut definitions, delayed, at)?;
+            if spread.is_some() && hears.as_ref().is_some_and(|hears| hears.downstream) {
+                let (key, value) = ("reference_side".to_owned(), "downstream".to_owned());
+                let need = "left out: a flame with `length` answers to a velocity upstream";
+                return Err((at.clone(), StudyProblem::Value { key, value, need }));
+            }
+            if let Some(hears) = &mut hears {
+                hears.spread = spread;
+            }
         }
         if kind.name == "screen"
             && let Some(open_area) = table.remove("open_area")
@@ -217,7 +134,7 @@ impl Reading<'_> {
         for (coefficient, law) in kind.laws {
             self.wait(at, name.clone(), *coefficient, (*law).to_owned(), &definitions, Some(part));
             if let Some(waiting) = self.waiting.last_mut() {
-                waiting.hears = hears;
+                waiting.hears.clone_from(&hears);
             }
         }
         Ok(())
@@ -241,11 +158,12 @@ impl Reading<'_> {
                 let need = "a distance: zero or more; `reference_side` says where";
                 Err((at.clone(), StudyProblem::Value { key, value, need }))
             }
-            Value::Number(0.0) if !downstream => Ok(None),
+            Value::Number(0.0) if !downstream && !table.contains_key("length") => Ok(None),
             _ => {
                 self.number(part, "reference", &distance, "m", at)?;
                 let place = self.parts[part].numbers.last().map_or(0, |(place, _)| *place);
-                Ok(Some(Hears { distance: place, downstream, of_mean: table.contains_key("n") }))
+                let of_mean = table.contains_key("n");
+                Ok(Some(Hears { distance: place, downstream, of_mean, spread: None }))
             }
         }
     }
@@ -328,7 +246,7 @@ impl Reading<'_> {
     }
 
     /// Puts a number into the scope that is none of a part, and returns its name there.
-    fn loose(
+    pub(super) fn loose(
         &mut self,
         owner: &str,
         key: &str,
@@ -346,7 +264,7 @@ impl Reading<'_> {
 }
 
 /// Refuses a number that the key cannot have.
-fn in_range(key: &str, given: &Given, at: &Range<usize>) -> Outcome<()> {
+pub(super) fn in_range(key: &str, given: &Given, at: &Range<usize>) -> Outcome<()> {
     let Given::Value(Value::Number(value)) = given else { return Ok(()) };
     match fault_of(key, *value) {
         None => Ok(()),

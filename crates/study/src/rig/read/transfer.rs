@@ -27,7 +27,7 @@ impl Reading<'_> {
                 ));
             }
             all.extend(self.definition(part, "n", "1", &n, at)?);
-            all.push(("gain".into(), "(n)*(T_2 - T)/T*A/A_2".into()));
+            all.push(("gain".into(), "(n)*(rho/rho_2 - 1)*A/A_2".into()));
         }
         let keys = FUNCTION.iter().find(|(name, _)| *name == "flame").map_or(&[][..], |(_, keys)| *keys);
         all.extend(self.transfer(Owner::Part(part), table, keys, at)?);

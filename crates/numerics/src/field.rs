@@ -7,32 +7,35 @@ use std::collections::{BTreeMap, BTreeSet};
 const PIECES: usize = 8;
 
 /// The grid.
-pub(crate) struct Field<'a> {
+#[derive(Clone, Copy, Debug)]
+pub struct GridField<'a> {
     /// Horizontal values, ascending, at least two.
-    pub(crate) x: &'a [f64],
+    pub x: &'a [f64],
     /// Vertical values, ascending, at least two.
-    pub(crate) y: &'a [f64],
+    pub y: &'a [f64],
 }
 
 /// Lines, closed or not, whose ends do not come again.
-pub(crate) type Lines = Vec<Vec<[f64; 2]>>;
+pub type Lines = Vec<Vec<[f64; 2]>>;
 
 /// A corner of the fine grid, or where the quantity is zero between two of them.
 type Spot = [usize; 2];
 
-/// What is drawn of one quantity.
-pub(crate) struct Zero {
+/// Where a quantity is at least zero.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Zero {
     /// The area where it is at least zero, as closed lines: those about the area run against the clock, those
     /// about its holes with the clock.
-    pub(crate) area: Lines,
+    pub area: Lines,
     /// The lines on which it is zero, the area on their left. A line that is closed ends where it begins.
-    pub(crate) lines: Lines,
+    pub lines: Lines,
 }
 
-impl Field<'_> {
+impl GridField<'_> {
     /// Of the largest of some quantities, each given at the nodes, `[vertical][horizontal]`. Cells of which a
     /// node is not finite are left out.
-    pub(crate) fn zero(&self, quantities: &[Vec<Vec<f64>>]) -> Zero {
+    #[must_use]
+    pub fn zero(&self, quantities: &[Vec<Vec<f64>>]) -> Zero {
         let fine = Fine::of(self, quantities);
         let (mut edges, mut crossings) = (BTreeSet::new(), BTreeMap::new());
         for triangle in fine.triangles() {
@@ -62,7 +65,7 @@ struct Fine {
 }
 
 impl Fine {
-    fn of(field: &Field<'_>, quantities: &[Vec<Vec<f64>>]) -> Self {
+    fn of(field: &GridField<'_>, quantities: &[Vec<Vec<f64>>]) -> Self {
         let count = |list: &[f64]| (list.len().max(1) - 1) * PIECES + 1;
         // The cell of a corner, and the share of the way through it.
         let cell = |i: usize, list: &[f64]| {
@@ -210,7 +213,7 @@ mod tests {
 
     #[test]
     fn exact_a_plane_is_zero_on_one_line_and_positive_on_one_side() {
-        let field = Field { x: &X, y: &Y };
+        let field = GridField { x: &X, y: &Y };
         let plane = |x: f64, y: f64| 2.0 * x - 0.01 * y - 0.75;
         let zero = field.zero(&[nodes(plane)]);
         assert_eq!((zero.area.len(), zero.lines.len()), (1, 1));
@@ -228,7 +231,7 @@ mod tests {
 
     #[test]
     fn exact_a_corner_that_is_zero_is_no_area() {
-        let field = Field { x: &X, y: &Y };
+        let field = GridField { x: &X, y: &Y };
         let zero = field.zero(&[nodes(|x, y| x + 0.01 * y - 2.0)]);
         assert!(
             size(&zero.area).abs() < 1e-12 && zero.lines.iter().all(|l| l.len() <= 3),
@@ -242,7 +245,7 @@ mod tests {
     #[test]
     fn exact_a_hole_turns_with_the_clock_and_a_gap_is_left_out() {
         let x = [0.0, 1.0, 2.0, 3.0];
-        let field = Field { x: &x, y: &x };
+        let field = GridField { x: &x, y: &x };
         let mut hill = vec![vec![1.0; 4]; 4];
         for k in [1, 2] {
             (1..3).for_each(|j| hill[k][j] = -1.0);
@@ -261,7 +264,7 @@ mod tests {
 
     #[test]
     fn exact_the_largest_of_two_counts_where_both_are_known() {
-        let field = Field { x: &X, y: &Y };
+        let field = GridField { x: &X, y: &Y };
         let (left, right) = (nodes(|x, _| 0.25 - x), nodes(|x, _| x - 0.75));
         let both = field.zero(&[left.clone(), right.clone()]);
         assert!((size(&both.area) - 50.0).abs() < 1e-9 && both.lines.len() == 2);

@@ -1,0 +1,76 @@
+//! Models that miss what was measured by much.
+
+use super::record::{MeasuredRecord, ModelRecord};
+
+/// A misfit of so many measured errors is said if it is also so large a share of the growth rates, or of the
+/// frequencies: 0.3 % is 2 K. Where a rig comes out a little different each time it is set, errors of single
+/// measurements are exceeded by any model.
+const FAR: f64 = 10.0;
+const LARGE: [f64; 2] = [0.1, 3e-3];
+
+/// By how much a model misses growth rates (0) and angular frequencies (1): root mean square misfit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FarOff {
+    /// Over the root mean square of what was measured.
+    pub of_size: [f64; 2],
+    /// Over that of its stated errors.
+    pub of_errors: [f64; 2],
+}
+
+impl FarOff {
+    /// Of a model that misses the measurements by many of their errors, and by much; else none.
+    #[must_use]
+    pub fn of(measured: &[MeasuredRecord], model: &ModelRecord) -> Option<Self> {
+        let growth: Vec<[f64; 2]> = measured.iter().filter_map(|m| m.growth_rate).collect();
+        let frequency: Vec<[f64; 2]> = measured.iter().filter_map(|m| m.angular_frequency).collect();
+        Self::by([&growth, &frequency], [model.misfit[0], model.misfit[1]])
+    }
+
+    /// From values with their errors, and misfits.
+    fn by(numbers: [&[[f64; 2]]; 2], misfit: [f64; 2]) -> Option<Self> {
+        let over = |k: usize, i: usize| {
+            let squares: f64 = numbers[k].iter().map(|v| v[i] * v[i]).sum();
+            let size = (squares / numbers[k].len().max(1) as f64).sqrt();
+            if size > 0.0 { misfit[k].abs() / size } else { 0.0 }
+        };
+        let [of_size, of_errors] = [0, 1].map(|i| [0, 1].map(|k| over(k, i)));
+        let far = (0..2).any(|k| of_errors[k] > FAR && of_size[k] > LARGE[k]);
+        far.then_some(Self { of_size, of_errors })
+    }
+
+    /// A sentence without its stop.
+    #[must_use]
+    pub fn words(&self) -> String {
+        let Self { of_size, of_errors } = self;
+        format!(
+            "growth rates are missed by {:.0} % of their size, {:.0} times their stated errors, frequencies by {:.1} %, {:.0} times theirs: the model \
+             lacks something, or lengths, temperatures, the rate of the records or the order of points are wrong",
+            100.0 * of_size[0],
+            of_errors[0],
+            100.0 * of_size[1],
+            of_errors[1]
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn exact_a_misfit_counts_if_it_is_many_errors_and_much() {
+        let growth = [[-3.0, 0.1], [4.0, 0.1]];
+        let frequency = [[1000.0, 0.5], [1000.0, 0.5]];
+        let of = |misfit: [f64; 2]| FarOff::by([&growth, &frequency], misfit);
+        // 0.2 1/s is two errors; 2 1/s are twenty, and more than half of 12.5^(1/2).
+        assert_eq!(of([0.2, 0.0]), None);
+        let far = of([2.0, 0.0]).unwrap();
+        assert!(
+            (far.of_errors[0] - 20.0).abs() < 1e-9 && (far.of_size[0] - 2.0 / 12.5_f64.sqrt()).abs() < 1e-12
+        );
+        // 2.9 rad/s of 1000 are small, though six errors; 6 rad/s are twelve errors and 0.6 %.
+        assert_eq!(of([0.0, 2.9]), None);
+        assert!(of([0.0, 6.0]).unwrap().words().contains("frequencies by 0.6 %, 12 times theirs"));
+        assert_eq!(FarOff::by([&[], &[]], [9.0, 9.0]), None);
+    }
+}

@@ -1,0 +1,244 @@
+//! Figures of inferred flows as numbers.
+
+use crate::infer::assimilate::CALIBRATION;
+use crate::infer::report::{RunReport, SnapshotReport};
+use std::collections::BTreeMap;
+
+/// A figure.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FlowFigure {
+    /// Name of its file, without ending.
+    pub name: String,
+    /// What it shows.
+    pub title: String,
+    /// Pairs of axes.
+    pub panels: Vec<FlowPanel>,
+}
+
+/// A pair of axes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FlowPanel {
+    /// Label of the horizontal axis, with unit.
+    pub x: String,
+    /// Label of the vertical axis, with unit.
+    pub y: String,
+    /// The curves, the first below the others.
+    pub curves: Vec<FlowCurve>,
+    /// Where vertical lines are: changes of the power.
+    pub marks: Vec<f64>,
+}
+
+/// A curve.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FlowCurve {
+    /// Name in the legend; empty for none.
+    pub name: String,
+    /// What it is.
+    pub role: CurveRole,
+    /// Its points; of an area those of its border.
+    pub points: Vec<[f64; 2]>,
+}
+
+/// What a curve is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CurveRole {
+    /// One of several of a kind: which, of how many.
+    One(usize, usize),
+    /// The batch fit.
+    Batch,
+    /// Two standard deviations about it.
+    BatchBand,
+    /// A filter.
+    Filter,
+    /// Two spreads about it.
+    FilterBand,
+    /// What is expected.
+    Expected,
+}
+
+/// Fig. 2 of the paper: velocity at the heater over its position, a curve per power, and the speed of sound
+/// along the tube at the highest power. None without runs.
+#[must_use]
+pub fn base_flow(runs: &[RunReport]) -> Option<FlowFigure> {
+    let mut powers: Vec<f64> = runs.iter().flat_map(|r| &r.powers).map(|p| p.power_w).collect();
+    powers.sort_by(f64::total_cmp);
+    powers.dedup();
+    let velocity = |(k, power): (usize, &f64)| {
+        let at = |r: &RunReport| {
+            Some([r.heater_m, r.powers.iter().find(|p| p.power_w == *power)?.heater_velocity])
+        };
+        curve(&format!("{power} W"), CurveRole::One(k, powers.len()), runs.iter().filter_map(at).collect())
+    };
+    let highest = powers.last().copied().unwrap_or(0.0);
+    let along = |(k, r): (usize, &RunReport)| {
+        let points =
+            r.powers.iter().find(|p| p.power_w == highest)?.profile.iter().map(|p| [p.x, p.sound_speed]);
+        Some(curve("", CurveRole::One(k, runs.len()), points.collect()))
+    };
+    let panel = |x: &str, y: &str, curves| FlowPanel { x: x.into(), y: y.into(), curves, marks: Vec::new() };
+    (!runs.is_empty()).then(|| FlowFigure {
+        name: "figure-2".into(),
+        title: "Velocity at the heater and speed of sound".into(),
+        panels: vec![
+            panel(
+                "heater / m",
+                "velocity at the heater / m s^{-1}",
+                powers.iter().enumerate().map(velocity).collect(),
+            ),
+            panel(
+                &format!("x / m, at {highest} W"),
+                "speed of sound / m s^{-1}",
+                runs.iter().enumerate().filter_map(along).collect(),
+            ),
+        ],
+    })
+}
+
+/// A figure for every run of a filter; `beside` has the batch fits of the same runs.
+#[must_use]
+pub fn filters(runs: &[RunReport], beside: &[RunReport]) -> Vec<FlowFigure> {
+    let figure = |run: &RunReport| FlowFigure {
+        name: format!("filter-{:02.0}", 100.0 * run.heater_m),
+        title: format!("Filter with the heater at {} m", run.heater_m),
+        panels: panels(run, beside.iter().find(|b| b.heater_m == run.heater_m)),
+    };
+    runs.iter().filter(|r| !r.history.is_empty()).map(figure).collect()
+}
+
+/// The unknowns of the paper and U_h with two spreads, and the innovations, against time.
+fn panels(run: &RunReport, batch: Option<&RunReport>) -> Vec<FlowPanel> {
+    let hours = |s: &SnapshotReport| s.time / 3600.0;
+    let ends = [run.history.first().map_or(0.0, hours), run.history.last().map_or(0.0, hours)];
+    let changes = run.history.windows(2).filter(|w| w[0].power != w[1].power);
+    let marks: Vec<f64> = changes.map(|w| hours(&w[0])).collect();
+    let series = |label: &str, of: &dyn Fn(&SnapshotReport) -> [f64; 3], fitted: Option<[f64; 3]>| {
+        let rows = run.history.iter().map(|s| (hours(s), of(s)));
+        let mut curves = Vec::new();
+        if let Some([low, value, high]) = fitted {
+            let area = vec![[ends[0], low], [ends[1], low], [ends[1], high], [ends[0], high]];
+            curves.push(curve("batch fit, 2 sd", CurveRole::BatchBand, area));
+            let line = vec![[ends[0], value], [ends[1], value]];
+            curves.push(curve("batch fit", CurveRole::Batch, line));
+        }
+        let below = rows.clone().map(|(t, [low, ..])| [t, low]);
+        let around = below.chain(rows.clone().rev().map(|(t, [.., high])| [t, high])).collect();
+        curves.push(curve("filter, 2 spreads", CurveRole::FilterBand, around));
+        let middle = rows.map(|(t, [_, value, _])| [t, value]).collect();
+        curves.push(curve("filter", CurveRole::Filter, middle));
+        over_time(label, curves, &marks)
+    };
+    let mut panels: Vec<FlowPanel> = (0..6.min(run.unknowns.len()))
+        .map(|k| {
+            let u = &run.unknowns[k];
+            let unit = if u.unit == "1" { String::new() } else { format!(" / {}", u.unit) };
+            let label = format!("{}{unit}", u.name.replace('_', " "));
+            let fitted = batch.map(|b| [b.unknowns[k].low, b.unknowns[k].value, b.unknowns[k].high]);
+            series(&label, &|s| [s.band[k][0], s.value[k], s.band[k][1]], fitted)
+        })
+        .collect();
+    let velocity = |s: &SnapshotReport| {
+        let [mean, spread] = s.heater_velocity;
+        [mean - 2.0 * spread, mean, mean + 2.0 * spread]
+    };
+    // The batch fit knows the settled states, one per power.
+    let mut settled = series("*U*_{h} / m s^{-1}", &velocity, None);
+    for p in batch.iter().flat_map(|b| &b.powers) {
+        let at = |s: &&SnapshotReport| s.power == p.power_w;
+        let times: Vec<f64> = run.history.iter().filter(at).map(hours).collect();
+        if let (Some(&from), Some(&to)) = (times.first(), times.last()) {
+            let points = vec![[from, p.heater_velocity], [to, p.heater_velocity]];
+            settled.curves.push(curve("batch fit", CurveRole::Batch, points));
+        }
+    }
+    panels.push(settled);
+    let innovations = run.history.iter().map(|s| [hours(s), s.innovation_chi_squared]).collect();
+    let one = curve("1, as it should be", CurveRole::Expected, vec![[ends[0], 1.0], [ends[1], 1.0]]);
+    let curves = vec![one, curve("filter", CurveRole::Filter, innovations)];
+    panels.push(over_time("innovations: *\u{3c7}*^{2} per datum", curves, &marks));
+    panels
+}
+
+fn curve(name: &str, role: CurveRole, points: Vec<[f64; 2]>) -> FlowCurve {
+    FlowCurve { name: name.to_owned(), role, points }
+}
+
+fn over_time(y: &str, curves: Vec<FlowCurve>, marks: &[f64]) -> FlowPanel {
+    FlowPanel { x: "Time / h".to_owned(), y: y.to_owned(), curves, marks: marks.to_vec() }
+}
+
+/// What twin experiments say of the error bars of each method.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct FlowCalibration {
+    /// Name of each method, and number of its twins.
+    pub methods: Vec<(&'static str, &'static str)>,
+    /// Name of each quantity; for each method that has it the share of twins within two standard deviations,
+    /// and the rms error over the standard deviation.
+    pub quantities: Vec<(&'static str, Vec<[&'static str; 2]>)>,
+}
+
+impl FlowCalibration {
+    /// What the twins were.
+    pub const CAPTION: &'static str = "Twin experiments of the model itself with truth drawn from the prior, the paper's \
+         staircase of powers, heater at 0.25 m: share of twins whose truth lies within two stated standard deviations (0.95 is right), and rms \
+         error over the stated standard deviation (1 is right). A chi-squared of the innovations near 1 proves nothing.";
+
+    /// As measured (docs/records/flow.md).
+    #[must_use]
+    pub fn measured() -> Self {
+        let mut methods: Vec<(&str, &str)> = Vec::new();
+        let mut names: Vec<&str> = Vec::new();
+        let mut cells: BTreeMap<(&str, &str), [&str; 2]> = BTreeMap::new();
+        for line in CALIBRATION.lines().skip(1) {
+            let fields: Vec<&str> = line.split(',').collect();
+            let [method, quantity, twins, coverage, _, scaled, ..] = fields[..] else { continue };
+            if !methods.iter().any(|m| m.0 == method) {
+                methods.push((method, twins));
+            }
+            if !names.contains(&quantity) {
+                names.push(quantity);
+            }
+            cells.insert((method, quantity), [coverage, scaled]);
+        }
+        let row = |name: &&'static str| {
+            (*name, methods.iter().filter_map(|(m, _)| cells.get(&(*m, *name)).copied()).collect())
+        };
+        let quantities = names.iter().map(row).collect();
+        Self { methods, quantities }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn exact_every_method_says_how_far_its_error_bars_are_right() {
+        let found = FlowCalibration::measured();
+        assert!(found.methods.len() >= 3 && found.quantities.len() >= 6, "{found:?}");
+        let batch = found.methods.iter().position(|m| m.0 == "batch").unwrap();
+        for (name, cells) in &found.quantities {
+            let share: f64 = cells[batch][0].parse().unwrap();
+            assert!((0.85..=1.0).contains(&share), "{name}: {share}");
+        }
+    }
+
+    #[test]
+    fn exact_a_run_of_a_filter_has_a_figure_and_a_fit_has_none() {
+        let at = |time: f64, power: f64| SnapshotReport {
+            time,
+            power,
+            value: Vec::new(),
+            band: Vec::new(),
+            heater_velocity: [0.5, 0.01],
+            innovation_chi_squared: 1.1,
+        };
+        let history = vec![at(0.0, 0.0), at(3600.0, 30.0), at(7200.0, 30.0)];
+        let filtered = RunReport { heater_m: 0.25, history, ..RunReport::empty() };
+        let figures = filters(&[RunReport::empty(), filtered.clone()], &[]);
+        assert_eq!((figures.len(), figures[0].name.as_str()), (1, "filter-25"));
+        let [velocity, innovations] = &figures[0].panels[..] else { panic!("{figures:?}") };
+        assert_eq!(velocity.marks, [0.0]);
+        assert_eq!(innovations.curves[1].points, [[0.0, 1.1], [1.0, 1.1], [2.0, 1.1]]);
+        assert!(base_flow(&[]).is_none() && base_flow(&[filtered]).is_some());
+    }
+}

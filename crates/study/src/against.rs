@@ -1,0 +1,131 @@
+//! What the files of a study say against its observations.
+
+use crate::{ObservedModes, Point, Study, StudyError};
+use rijke_rig::Observations;
+
+/// The temperature of a day is no nearer to that of a plan than this, K: beyond, one of the two is a slip.
+const UNLIKE: f64 = 15.0;
+
+/// Most points without an observation that are named.
+const NAMED: usize = 5;
+
+impl Study {
+    /// Errors of channels that are stated and that no stage of modes counts, a sentence each.
+    ///
+    /// # Errors
+    /// As [`Study::channels`].
+    pub fn idle_channels(&self) -> Result<Vec<String>, StudyError> {
+        let mut all = Vec::new();
+        let stated = self.channels()?.is_some();
+        if stated && !self.plan.stages.iter().any(|s| s.channels) {
+            all.push(
+                "observations/channels.toml states errors of gains and delays that all points share, but no stage has `channels = true`: \
+                 without it they count as errors of each point alone, and parameters come out too certain"
+                    .to_owned(),
+            );
+        }
+        if self.rig.microphones.channel_errors().is_some() && !stated {
+            all.push(
+                "gain_sd and delay_sd of rig.toml count in stages of responses alone: for stages of modes state the errors of the channels in \
+                 observations/channels.toml"
+                    .to_owned(),
+            );
+        }
+        Ok(all)
+    }
+
+    /// Points that stages mean and nothing was observed at, in a sentence; none where nothing was observed at
+    /// all.
+    #[must_use]
+    pub fn unobserved(&self, observations: &ObservedModes) -> Option<String> {
+        let nothing = |k: usize| observations.modes.iter().all(|m| m.point != k);
+        let meant = |point: &Point| {
+            self.plan.stages.iter().any(|s| s.points.first.is_none() && s.points.holds(&self.campaign, point))
+        };
+        let points = self.campaign.points.iter().enumerate();
+        let missing: Vec<&str> =
+            points.filter(|(k, p)| nothing(*k) && meant(p)).map(|(_, p)| p.id.as_str()).collect();
+        if missing.is_empty() || observations.modes.is_empty() {
+            return None;
+        }
+        let more = missing.len().saturating_sub(NAMED);
+        Some(format!(
+            "{} points of stages have no observation: {}{}; they train nothing",
+            missing.len(),
+            missing[..missing.len() - more].join(", "),
+            if more > 0 { format!(" and {more} more") } else { String::new() }
+        ))
+    }
+
+    /// Points whose ambient temperature differs between the campaign and what was read with the records, in a
+    /// sentence.
+    #[must_use]
+    pub fn other_temperatures(&self, observations: &ObservedModes) -> Option<String> {
+        let differs = |(k, point): (usize, &Point)| {
+            let ([stated, _], [read, _]) = (point.ambient?, *observations.ambient.get(&k)?);
+            ((stated - read).abs() > UNLIKE)
+                .then(|| format!("{} ({stated} K there, {read} K with the records)", point.id))
+        };
+        let points: Vec<String> = self.campaign.points.iter().enumerate().filter_map(differs).collect();
+        points.first().map(|first| {
+            format!(
+                "at {} points, first {first}, the campaign and the records state different ambient temperatures; those of the records count \
+                 (observations/points.csv); correct T_amb, or process the records again",
+                points.len()
+            )
+        })
+    }
+
+    /// Gives every point of observations the ambient temperature that the campaign states for it, in place of
+    /// that of its day; a sentence on how many these are.
+    pub fn give_temperatures(&self, observations: &mut Observations) -> Option<String> {
+        let (mut count, mut apart, all) = (0, 0.0_f64, observations.points.len());
+        for point in &mut observations.points {
+            let known = self.campaign.point(&point.point.id).and_then(|(_, p)| p.ambient);
+            if let Some([temperature, sd]) = known {
+                apart = apart.max((temperature - point.ambient.ambient_temperature).abs());
+                (point.ambient.ambient_temperature, point.ambient.ambient_temperature_sd) = (temperature, sd);
+                count += 1;
+            }
+        }
+        let of_days = if count == all {
+            String::new()
+        } else {
+            format!(", and those of the days for the other {}", all - count)
+        };
+        (count > 0).then(|| {
+            format!(
+                "{count} of {all} points have the ambient temperature of the campaign (T_amb), up to {apart:.2} K from that of their day{of_days}"
+            )
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::OneTable;
+
+    #[test]
+    fn exact_points_that_lack_observations_and_other_temperatures_are_said() {
+        let folder = std::env::temp_dir().join(format!("rijke-against-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        let [rig, table] = ["rig.toml", "modes.csv"].map(|file| folder.join(file));
+        let tube = "name = \"tube\"\n[upstream]\ntype = \"closed\"\n[downstream]\ntype = \"open\"\n\
+                    [[element]]\ntype = \"duct\"\nlength = \"L0\"\ndiameter = 0.05\n";
+        let modes = "L0,T_amb [K],growth_rate,growth_rate_sd,frequency,frequency_sd\n0.8,293,-3,1,107,1\n0.9,294,-4,1,95,1\n";
+        std::fs::write(&rig, tube).unwrap();
+        std::fs::write(&table, modes).unwrap();
+        let (study, mut observations) = OneTable::read(&rig, &table).unwrap().study().unwrap();
+        std::fs::remove_dir_all(&folder).unwrap();
+        assert_eq!((study.unobserved(&observations), study.other_temperatures(&observations)), (None, None));
+        observations.ambient.insert(1, [320.0, 0.1]);
+        let other = study.other_temperatures(&observations).unwrap();
+        assert!(
+            other.starts_with("at 1 points, first line-3 (294 K there, 320 K with the records)"),
+            "{other}"
+        );
+        observations.modes.pop();
+        let lacking = study.unobserved(&observations).unwrap();
+        assert!(lacking.starts_with("1 points of stages have no observation: line-3; they"), "{lacking}");
+    }
+}

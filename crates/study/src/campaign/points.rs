@@ -1,0 +1,104 @@
+//! Operating points and their factors.
+
+use crate::StudyProblem;
+use crate::source::listed;
+use rijke_rig::Unit;
+
+/// A column of the campaign that is set or measured at every operating point: a position, a power, a load.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Factor {
+    /// Its name, which formulas may use.
+    pub name: String,
+    /// Its unit in SI, as formulas see it.
+    pub unit: String,
+    /// Its unit in the file, for axes and tables.
+    pub shown: Unit,
+    /// Whether the file states a unit; without one a formula may take the factor for any quantity in SI.
+    pub stated: bool,
+}
+
+impl Factor {
+    /// The unit of its numbers as a reader knows it: the file's, where one of it is one in SI, as in W; else
+    /// that of formulas.
+    #[must_use]
+    pub fn unit_in_print(&self) -> String {
+        let one = (self.shown.to_si(1.0) - 1.0).abs() < 1e-12 && self.shown.to_si(0.0).abs() < 1e-12;
+        match self.unit.as_str() {
+            _ if one => self.shown.to_string(),
+            // The names that these have.
+            "kg m^2 s^-3" => "W".to_owned(),
+            "kg m^2 s^-2" => "J".to_owned(),
+            "kg m^-1 s^-2" => "Pa".to_owned(),
+            "kg m s^-2" => "N".to_owned(),
+            base => base.to_owned(),
+        }
+    }
+}
+
+/// One operating point.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Point {
+    /// Unique name.
+    pub id: String,
+    /// Label of the series that it belongs to; empty if it has none.
+    pub row: String,
+    /// Value of every factor, in SI; NaN where it has none.
+    pub factors: Vec<f64>,
+    /// Points of one installation share one assembly of the rig.
+    pub installation: String,
+    /// The day, or another label of what its readings share.
+    pub day: String,
+    /// Number of repeats planned or measured.
+    pub repeats: u32,
+    /// Ambient temperature and its standard deviation, K.
+    pub ambient: Option<[f64; 2]>,
+}
+
+/// All operating points, in the order of the file.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Campaign {
+    /// The factors, in the order of the columns.
+    pub factors: Vec<Factor>,
+    /// The points.
+    pub points: Vec<Point>,
+    /// The name of the file, for what is said of it.
+    pub file: String,
+}
+
+impl Campaign {
+    /// The point called `id`.
+    #[must_use]
+    pub fn point(&self, id: &str) -> Option<(usize, &Point)> {
+        self.points.iter().enumerate().find(|(_, p)| p.id == id)
+    }
+
+    /// The place of a factor among all.
+    #[must_use]
+    pub fn factor(&self, name: &str) -> Option<usize> {
+        self.factors.iter().position(|f| f.name == name)
+    }
+
+    /// As [`Campaign::factor`].
+    ///
+    /// # Errors
+    /// [`StudyProblem::Unknown`] with the factors that there are.
+    pub fn known_factor(&self, name: &str) -> Result<usize, StudyProblem> {
+        self.factor(name).ok_or_else(|| StudyProblem::Unknown {
+            what: "factor",
+            name: name.to_owned(),
+            known: listed(self.factors.iter().map(|f| f.name.as_str())),
+        })
+    }
+
+    /// Labels of the series, in order, each once.
+    #[must_use]
+    pub fn rows(&self) -> Vec<&str> {
+        let mut seen = Vec::new();
+        for point in &self.points {
+            if !seen.contains(&point.row.as_str()) {
+                seen.push(point.row.as_str());
+            }
+        }
+        seen
+    }
+}

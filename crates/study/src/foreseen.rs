@@ -1,0 +1,231 @@
+//! States of operating points that were not measured, by an inference that has made those of others: which
+//! points lack one, what they are in the words of the records, and whether what is inferred today is what the
+//! folder has.
+
+use crate::base::{Cause, PointState};
+use crate::plan::Base;
+use crate::{Campaign, Point, Study};
+use rijke_rig::{Day, Observations, OperatingPoint, PointObservations};
+use std::collections::BTreeMap;
+
+/// Standard deviations of the mass flow up to which two fits of the same flow are the same: each ends a
+/// seventieth of one from the most probable flow at the latest.
+const SAME: f64 = 0.05;
+/// Kelvin and share of the mass flow that weigh alike where changes of states are compared.
+const KELVIN: f64 = 300.0;
+/// Share of all changes, root of the sum of squares, by which two lists of the same causes may differ.
+const CAUSES: f64 = 0.05;
+
+/// States by the names of their points.
+pub type States = BTreeMap<String, PointState>;
+
+/// Why a state cannot be foreseen.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum Unforeseen {
+    /// It is not clear which factor is the place, or the power.
+    #[error(
+        "{count} factors of {file} are {what} of the points that were measured; to foresee the flow elsewhere it must be one"
+    )]
+    Factors {
+        /// How many could be.
+        count: usize,
+        /// The file of the campaign.
+        file: String,
+        /// What it is to be.
+        what: &'static str,
+    },
+    /// No measured point differs in place and power alone.
+    #[error(
+        "{point}: the flow is foreseen at other {place} and {power}, but no measured point has this `{other}`"
+    )]
+    Like {
+        /// The point.
+        point: String,
+        /// The factor that is the place.
+        place: String,
+        /// The factor that is the power.
+        power: String,
+        /// The factor that no measured point has so.
+        other: String,
+    },
+}
+
+impl Study {
+    /// The points among `places` of the campaign whose state must be inferred and is not `known`.
+    #[must_use]
+    pub fn lacking(&self, places: &[usize], known: &States) -> Vec<&Point> {
+        let Base::States(due) = &self.plan.base else { return Vec::new() };
+        let all = places.iter().map(|k| &self.campaign.points[*k]);
+        all.filter(|p| due.holds(&self.campaign, p) && !known.contains_key(&p.id)).collect()
+    }
+
+    /// Takes the states of `lacking` points from `found`, with the signs that errors have in the `known`
+    /// ones; false if `found` is another inference than that of `known`.
+    #[must_use]
+    pub fn foresee(&mut self, lacking: &[String], known: &States, mut found: States) -> bool {
+        let Some(signs) = signs(known, &found) else { return false };
+        for id in lacking {
+            if let Some(mut state) = found.remove(id) {
+                let turned = state.errors.iter_mut().filter(|e| signs.get(&e.cause) == Some(&false));
+                turned.for_each(|error| {
+                    error.mass_flow = -error.mass_flow;
+                    error.numbers.iter_mut().chain(&mut error.temperature).for_each(|v| *v = -*v);
+                });
+                self.foreseen.insert(id.clone(), state);
+            }
+        }
+        true
+    }
+}
+
+/// For every cause whether it has the same sign in both; none if the states or the causes are not the same.
+fn signs(known: &States, found: &States) -> Option<BTreeMap<Cause, bool>> {
+    // Of every cause the squares of both changes, and their product.
+    let mut sums: BTreeMap<Cause, [f64; 3]> = BTreeMap::new();
+    for (id, old) in known {
+        let new = found.get(id)?;
+        let sd = old.errors.iter().map(|e| e.mass_flow.powi(2)).sum::<f64>().sqrt();
+        if old.places.len() != new.places.len() || (old.mass_flow - new.mass_flow).abs() > SAME * sd {
+            return None;
+        }
+        for error in &old.errors {
+            let same = new.errors.iter().find(|e| e.cause == error.cause)?;
+            let sum = sums.entry(error.cause.clone()).or_default();
+            let kelvins =
+                error.temperature.iter().zip(&same.temperature).map(|(a, b)| [a / KELVIN, b / KELVIN]);
+            let flow = [error.mass_flow / old.mass_flow, same.mass_flow / old.mass_flow];
+            for [a, b] in kelvins.chain([flow]) {
+                *sum = [sum[0] + a * a, sum[1] + b * b, sum[2] + a * b];
+            }
+        }
+    }
+    let all: f64 = sums.values().map(|s| s[0]).sum();
+    let apart: f64 = sums.values().map(|s| s[0] + s[1] - 2.0 * s[2].abs()).sum();
+    (apart <= CAUSES.powi(2) * all).then(|| sums.into_iter().map(|(cause, s)| (cause, s[2] > 0.0)).collect())
+}
+
+impl Campaign {
+    /// Points at which nothing was measured, in the words of the records: like the nearest measured point
+    /// that differs in place and power alone.
+    ///
+    /// # Errors
+    /// [`Unforeseen`].
+    pub fn unmeasured(
+        &self,
+        points: &[&Point],
+        observations: &Observations,
+    ) -> Result<Vec<PointObservations>, Unforeseen> {
+        let measured = Measured::of(self, observations)?;
+        points.iter().map(|point| measured.planned(point)).collect()
+    }
+}
+
+/// Measured points in the words of the study and of the records.
+struct Measured<'a> {
+    campaign: &'a Campaign,
+    pairs: Vec<(&'a Point, &'a PointObservations)>,
+    /// The factors that are the place of the heat and its power.
+    place: usize,
+    power: usize,
+}
+
+impl<'a> Measured<'a> {
+    fn of(campaign: &'a Campaign, observations: &'a Observations) -> Result<Self, Unforeseen> {
+        let hot = observations.points.iter().filter(|p| p.point.position.is_some() && p.point.power > 0.0);
+        let pairs: Vec<_> = hot.filter_map(|o| Some((campaign.point(&o.point.id)?.1, o))).collect();
+        let factor = |what: &'static str, of: &dyn Fn(&OperatingPoint) -> Option<f64>| {
+            let fits = |k: &usize| {
+                let same = |(p, o): &(&Point, &PointObservations)| {
+                    of(&o.point).is_some_and(|v| (p.factors[*k] - v).abs() <= 1e-9 * v.abs())
+                };
+                !pairs.is_empty() && pairs.iter().all(same)
+            };
+            let found: Vec<usize> = (0..campaign.factors.len()).filter(fits).collect();
+            match found[..] {
+                [one] => Ok(one),
+                _ => Err(Unforeseen::Factors { count: found.len(), file: campaign.file.clone(), what }),
+            }
+        };
+        let place = factor("the place of the heat", &|p| p.position)?;
+        let power = factor("the power", &|p| Some(p.power))?;
+        Ok(Self { campaign, pairs, place, power })
+    }
+
+    /// A point as one of the records at which nothing was measured.
+    fn planned(&self, point: &Point) -> Result<PointObservations, Unforeseen> {
+        let differs = |p: &Point| {
+            let of = |k: &usize| {
+                let (a, b) = (p.factors[*k], point.factors[*k]);
+                *k != self.place && *k != self.power && a != b && !(a.is_nan() && b.is_nan())
+            };
+            (0..self.campaign.factors.len()).find(of)
+        };
+        let near = |p: &Point| (p.factors[self.place] - point.factors[self.place]).abs();
+        let like = self
+            .pairs
+            .iter()
+            .filter(|(p, _)| differs(p).is_none())
+            .min_by(|a, b| near(a.0).total_cmp(&near(b.0)));
+        let Some((_, like)) = like else {
+            let name = |k: usize| self.campaign.factors[k].name.clone();
+            let other = self.pairs.first().and_then(|(p, _)| differs(p));
+            return Err(Unforeseen::Like {
+                point: point.id.clone(),
+                place: name(self.place),
+                power: name(self.power),
+                other: other.map_or("a factor".to_owned(), name),
+            });
+        };
+        let mut ambient = like.ambient.clone();
+        if let Some([kelvin, sd]) = point.ambient
+            && kelvin != ambient.ambient_temperature
+        {
+            ambient = Day { id: point.id.clone(), ambient_temperature: kelvin, ambient_temperature_sd: sd };
+        }
+        let (position, power) = (Some(point.factors[self.place]), point.factors[self.power]);
+        let point = OperatingPoint { id: point.id.clone(), position, power, ..like.point.clone() };
+        Ok(PointObservations::unmeasured(point, ambient))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::base::BaseError;
+    use crate::rig::GasModel;
+
+    fn state(mass_flow: f64, kelvin: f64) -> PointState {
+        let error = |cause: &str, mass_flow: f64, kelvin: f64| BaseError {
+            cause: Cause::Inferred(cause.into()),
+            mass_flow,
+            numbers: vec![mass_flow],
+            temperature: vec![0.0, kelvin],
+        };
+        PointState {
+            gas: GasModel::Perfect { gamma: 1.4, constant: 287.0, viscosity: [1.8e-5, 300.0], prandtl: 0.7 },
+            other_gases: Vec::new(),
+            pressure: 1e5,
+            mass_flow,
+            numbers: vec![(30, 0.5)],
+            places: vec![0.0, 1.0],
+            temperature: vec![300.0, 400.0],
+            kinks: Vec::new(),
+            errors: vec![error("a", 1e-5, kelvin), error("b", 2e-5, -1.0)],
+        }
+    }
+
+    #[test]
+    fn exact_causes_that_another_fit_turned_are_known_by_their_sign() {
+        let known = States::from([("p".to_owned(), state(1e-3, 4.0))]);
+        let mut turned = state(1e-3, 4.0);
+        turned.errors[1].mass_flow *= -1.0;
+        turned.errors[1].temperature[1] *= -1.0;
+        let found = signs(&known, &States::from([("p".to_owned(), turned)])).unwrap();
+        assert_eq!(found.values().copied().collect::<Vec<_>>(), [true, false]);
+        let refused = |other: PointState| signs(&known, &States::from([("p".to_owned(), other)])).is_none();
+        assert!(refused(state(1.01e-3, 4.0)), "another flow");
+        assert!(refused(state(1e-3, 5.0)), "another error");
+        assert!(refused(PointState { errors: Vec::new(), ..state(1e-3, 4.0) }), "another list of causes");
+        assert!(signs(&known, &States::new()).is_none());
+    }
+}
