@@ -5,7 +5,8 @@ use rijke_study::names::{
     AREA, AREA_AFTER, CONDUCTIVITY, DENSITY, DENSITY_AFTER, DIAMETER, GAMMA, MACH, MASS_FLUX, PERIMETER,
     PRANDTL, PRESSURE, SOUND_SPEED, SPECIFIC_HEAT, TEMPERATURE, TEMPERATURE_AFTER, VELOCITY, VISCOSITY,
 };
-use rijke_study::{Point, PointState, RigAtPoint};
+use rijke_study::{Cause, Point, PointState, RigAtPoint};
+use std::sync::Arc;
 
 /// An operating point with the state of its gas.
 #[derive(Clone, Debug)]
@@ -18,6 +19,9 @@ pub struct Conditions {
     pub layout: RigAtPoint,
     /// The gas along the ducts.
     pub base: PointState,
+    /// For each factor that is not known exactly the same conditions a step of [`crate::errors::STEP`] standard
+    /// deviations of it on.
+    pub displaced: Vec<(Cause, Arc<Conditions>)>,
 }
 
 impl Conditions {

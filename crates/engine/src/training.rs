@@ -101,7 +101,9 @@ pub fn train(
     let law = noise.law.as_ref().filter(|law| training.base_errors || law.added.is_some());
     let law = law.map(|error| LawErrors::of(assembly, error)).transpose()?.flatten();
     let law = law.filter(|_| !observed.is_empty());
-    if !training.base_errors && law.is_none() && !any_varies(assembly, training) {
+    let of_factors = observed.iter().any(|o| !o.conditions.displaced.is_empty());
+    let of_states = training.base_errors;
+    if !of_states && !of_factors && law.is_none() && !any_varies(assembly, training) {
         return fit.finish(&data, order, search, observed.len());
     }
     let rough = fit.search(&data, order.clone(), &search)?;
@@ -112,7 +114,7 @@ pub fn train(
         false => Assemblies::default(),
     };
     let blocks = Blocks { scatter: &scatter, assemblies: &assemblies, ..blocks };
-    if !training.base_errors && law.is_none() {
+    if !of_states && !of_factors && law.is_none() {
         let (data, order) = blocks.apart()?;
         return fit.finish(&data, order, training.search.clone().from(&rough.parameters), observed.len());
     }
@@ -126,6 +128,10 @@ pub fn train(
         let errors = match &law {
             Some(law) => errors.and(law.changes(observed, used, values)?),
             None => errors,
+        };
+        let errors = match of_factors {
+            true => errors.and(BaseErrors::of_factors(assembly, observed, used, values)?),
+            false => errors,
         };
         let (common, errors) = Common::of(errors, observed, used)?;
         let alone = !training.base_errors && errors.is_none();

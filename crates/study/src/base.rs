@@ -60,6 +60,16 @@ pub enum Cause {
     Part(String),
     /// The mass flow.
     Flow(Sharing),
+    /// A factor of the campaign, as it was set or measured: points of one installation with one value of it
+    /// share the error.
+    Factor {
+        /// Its name.
+        name: String,
+        /// The installation.
+        installation: String,
+        /// The value, as text.
+        level: String,
+    },
     /// A cause that an inference of the base states itself names.
     Inferred(String),
     /// The real (0) or imaginary (1) part of the error of the laws of a role, at one value of the factor over

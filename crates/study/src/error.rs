@@ -93,15 +93,15 @@ pub enum StudyProblem {
         /// What is wrong with it.
         source: UnitError,
     },
-    /// A column that would be the error of a factor, which is a known number.
-    #[error(
-        "`{factor}_sd` would be the standard deviation of the factor `{factor}`, and factors are known numbers: nothing would use it. Take the \
-         column out; if the error matters and is the same at all points, write an unknown in the place of the factor in rig.toml, as \
-         \"{factor} + $off\" with [unknown.off], or \"${factor}\" with [unknown.{factor}] if it has one value"
-    )]
+    /// A standard deviation in a unit of another quantity than its factor.
+    #[error("`{factor}_sd` is in {other} and `{factor}` in {unit}: a standard deviation has a unit of the same quantity")]
     SdOfFactor {
         /// The factor.
         factor: String,
+        /// Its unit.
+        unit: String,
+        /// That of the standard deviation.
+        other: String,
     },
     /// An unknown that has the name of another number of the same element.
     #[error(

@@ -9,6 +9,7 @@ use rijke_network::Workspace;
 use rijke_numerics::{C64, Matrix, Order};
 use rijke_study::{Cause, PointState};
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 /// Causes of error of a point, and the change of its prediction per standard deviation of each.
 pub(crate) type Changes = Vec<(Cause, Vec<f64>)>;
@@ -40,6 +41,20 @@ impl BaseErrors {
             changes(assembly, &o.conditions, o.near, &u.microphones, values, None)
         };
         Ok(Self { points: observed.par_iter().zip(used).map(at).collect::<Result<_, _>>()? })
+    }
+
+    /// As [`BaseErrors::new`], of the errors of factors.
+    ///
+    /// # Errors
+    /// Those of the model at a displaced factor.
+    pub(crate) fn of_factors(
+        assembly: &Assembly,
+        observed: &[Observed],
+        used: &[Used],
+        values: &[f64],
+    ) -> Result<Vec<Changes>, EngineError> {
+        let at = |(o, u): (&Observed, &Used)| of_factors(assembly, o, &u.microphones, values);
+        observed.par_iter().zip(used).map(at).collect()
     }
 
     /// No error at any of so many points.
@@ -131,6 +146,31 @@ impl BaseErrors {
         }
         covariance
     }
+}
+
+/// The change of the prediction of one point per standard deviation of each factor that is not known exactly.
+fn of_factors(
+    assembly: &Assembly,
+    observed: &Observed,
+    microphones: &[usize],
+    values: &[f64],
+) -> Result<Changes, EngineError> {
+    if observed.conditions.displaced.is_empty() {
+        return Ok(Vec::new());
+    }
+    let work = &mut Workspace::default();
+    let mut predicted = |conditions: &Conditions, near: C64| -> Result<Vec<f64>, EngineError> {
+        let model = PointModel::new(assembly, conditions, microphones)?.starting_from(near);
+        let response = model.respond(values, Order::Value, work)?;
+        Ok(parts(model.numbers(&response).map(|z| z.value())))
+    };
+    let here = predicted(&observed.conditions, observed.near)?;
+    let near = C64::new(here[0], here[1]);
+    let change = |(cause, moved): &(Cause, Arc<Conditions>)| {
+        let there = predicted(moved, near)?;
+        Ok((cause.clone(), there.iter().zip(&here).map(|(t, h)| (t - h) / STEP).collect()))
+    };
+    observed.conditions.displaced.iter().map(change).collect()
 }
 
 /// The change of the prediction of one point per standard deviation of each cause of error of its base state,

@@ -185,6 +185,7 @@ mod tests {
                 point: point.clone(),
                 layout: layout.clone(),
                 base: base.clone(),
+                displaced: Vec::new(),
             }),
             mode: ObservedMode {
                 point: 0,

@@ -104,6 +104,8 @@ pub fn with_points<A: Clone + Into<AskedPoint>>(
             id: name.clone(),
             installation: name.clone(),
             row: "asked".into(),
+            // What is asked is what is set.
+            factor_sds: vec![0.0; like.factors.len()],
             day: asked.day.clone().unwrap_or_default(),
             ..like.clone()
         };

@@ -2,6 +2,7 @@
 
 use super::asked::first_model;
 use super::followed::Followed;
+use crate::errors::STEP;
 use crate::{Assembly, Conditions, EngineError, Observed, PointModel};
 use rijke_numerics::C64;
 use rijke_study::plan::{Base, HeatedFlow, Selection};
@@ -131,7 +132,17 @@ pub(super) fn conditions_or_ambient(
             .in_ducts(&layout),
     };
     let base = base.checked(&point.id).map_err(fail)?;
-    Ok(Conditions { id: point.id.clone(), point: point.clone(), layout, base })
+    let uncertain = point.factor_sds.iter().zip(&point.factors).zip(&study.campaign.factors).enumerate();
+    let uncertain = uncertain.filter(|(_, ((sd, value), _))| **sd > 0.0 && value.is_finite());
+    let displaced = uncertain.map(|(k, ((sd, value), factor))| {
+        let mut moved = Point { factor_sds: vec![0.0; point.factors.len()], ..point.clone() };
+        moved.factors[k] += STEP * sd;
+        let (name, installation) = (factor.name.clone(), point.installation.clone());
+        let cause = Cause::Factor { name, installation, level: value.to_string() };
+        Ok((cause, Arc::new(conditions_or_ambient(study, &moved, inferred, Some(ambient))?)))
+    });
+    let displaced = displaced.collect::<Result<Vec<_>, EngineError>>()?;
+    Ok(Conditions { id: point.id.clone(), point: point.clone(), layout, base, displaced })
 }
 
 /// The conditions of the operating point of number `k`, from what the campaign and the rig say.

@@ -162,7 +162,7 @@ fn conditions(study: &Study) -> Conditions {
     let point = study.campaign.points[0].clone();
     let layout = study.rig.at(&point, 293.15).unwrap();
     let base = PointState::of_the_rig(&study.rig, &layout, &point, [293.15, 0.0]);
-    Conditions { id: point.id.clone(), point, layout, base }
+    Conditions { id: point.id.clone(), point, layout, base, displaced: Vec::new() }
 }
 
 /// All modes of the network and of the rig.

@@ -83,3 +83,41 @@ fn behaviour_predictions_count_the_other_maxima() {
     assert!((averaged.growth_rate[0] - mean).abs() < 1e-6 * mean.abs(), "{averaged:?} {mean}");
     assert!(averaged.growth_rate[2] >= between.sqrt() && between.sqrt() > 3.0, "{averaged:?} {between}");
 }
+
+#[test]
+fn oracle_errors_of_a_factor_count_once_for_each_setting() {
+    let c = (1.4_f64 * 287.05 * 293.15).sqrt();
+    let (r, length, of_length) = (0.85_f64, 1.0, 5e-3);
+    let [growth, omega] = [c * r.ln() / length, std::f64::consts::PI * c / length];
+    let head = "point,growth_rate [1/s],growth_rate_sd [1/s],angular_frequency [rad/s],angular_frequency_sd [rad/s]\n";
+    let [of_growth, of_omega] = [0.1, 2.0];
+    let row = |id: &str| format!("{id},{growth:.12},{of_growth},{omega:.12},{of_omega}\n");
+    let found = |name: &str, campaign: &str| {
+        let files = [
+            ("rig.toml", super::tube::TUBE),
+            ("campaign.csv", campaign),
+            ("study.toml", PLAN),
+            ("observations/observations.toml", ORIGIN),
+            ("observations/modes.csv", &format!("{head}{}{}", row("a"), row("b"))),
+        ];
+        parameter(&run(&Folder::new(name, &files).0).unwrap()[0], "r")[1]
+    };
+    // s = c (ln r + i pi)/L: dg/dr = c/(L r), dg/dL = -g/L, dw/dL = -w/L. Information of r and of the error of
+    // each length, whose prior is its standard deviation; r by Schur's complement.
+    let slopes = [c / (length * r), -growth / length, -omega / length];
+    let expected = |settings: f64, rows_of_each: f64| {
+        let (g, w) = (rows_of_each / (of_growth * of_growth), rows_of_each / (of_omega * of_omega));
+        let own = g * slopes[0].powi(2);
+        let both = g * slopes[0] * slopes[1];
+        let of_error = g * slopes[1].powi(2) + w * slopes[2].powi(2) + 1.0 / (of_length * of_length);
+        (settings * (own - both * both / of_error) + 1.0 / 0.04_f64).sqrt().recip()
+    };
+    let head = "point,installation,x [m],x_sd [mm],T_amb [degC]\n";
+    let apart = found("two-settings", &format!("{head}a,one,1,5,20\nb,two,1,5,20\n"));
+    let alike = found("one-setting", &format!("{head}a,one,1,5,20\nb,one,1,5,20\n"));
+    let known = found("known", "point,x [m],T_amb [degC]\na,1,20\nb,1,20\n");
+    for (sd, right) in [(apart, expected(2.0, 1.0)), (alike, expected(1.0, 2.0))] {
+        assert!((sd / right - 1.0).abs() < 5e-3, "{sd} {right}");
+    }
+    assert!(apart > 1.3 * known && alike > apart, "{apart} {alike} {known}");
+}

@@ -153,7 +153,7 @@ fn message_what_is_wrong_in_a_study_is_refused_with_file_and_line() {
         "campaign.csv",
         "flow [L/min]",
         "Q_sd [L/min]",
-        &["`Q_sd` would be", "known numbers", "Take the column out"],
+        &["`Q_sd` is in L/min and `Q` in W", "a unit of the same quantity"],
     );
     refused(
         "study.toml",

@@ -44,6 +44,8 @@ pub struct Point {
     pub row: String,
     /// Value of every factor, in SI; NaN where it has none.
     pub factors: Vec<f64>,
+    /// Standard deviation of every factor, in SI; 0 where it is known.
+    pub factor_sds: Vec<f64>,
     /// Points of one installation share one assembly of the rig.
     pub installation: String,
     /// The day, or another label of what its readings share.

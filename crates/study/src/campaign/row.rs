@@ -55,17 +55,25 @@ pub(super) fn checked(columns: &[Factor], has: impl Fn(&str) -> bool) -> Result<
         let need = "a column `T_amb_sd` says how well it is known; correct the name of the column of ambient temperatures, or leave out T_amb_sd";
         return Err(StudyProblem::Missing { key: "T_amb".into(), need });
     }
-    let known = |name: &str| columns.iter().any(|c| c.name == name && !RESERVED.contains(&name));
-    let of = |c: &Factor| c.name.strip_suffix("_sd").filter(|name| known(name)).map(str::to_owned);
-    match columns.iter().find_map(of) {
-        Some(factor) => Err(StudyProblem::SdOfFactor { factor }),
+    let other = |c: &Factor| of_which(c, columns).filter(|of| of.unit != c.unit).map(|of| (c.clone(), of.clone()));
+    match columns.iter().find_map(other) {
+        Some((sd, factor)) => {
+            Err(StudyProblem::SdOfFactor { factor: factor.name, unit: factor.shown.to_string(), other: sd.shown.to_string() })
+        }
         None => Ok(()),
     }
 }
 
 /// The factors among columns.
 pub(super) fn factors(columns: &[Factor]) -> Vec<Factor> {
-    columns.iter().filter(|c| !RESERVED.contains(&c.name.as_str())).cloned().collect()
+    let is_one = |c: &&Factor| !RESERVED.contains(&c.name.as_str()) && of_which(c, columns).is_none();
+    columns.iter().filter(is_one).cloned().collect()
+}
+
+/// The factor of which a column has the standard deviation.
+fn of_which<'a>(column: &Factor, columns: &'a [Factor]) -> Option<&'a Factor> {
+    let name = column.name.strip_suffix("_sd").filter(|name| !RESERVED.contains(name))?;
+    columns.iter().find(|c| c.name == name)
 }
 
 /// What a point has for a column.
@@ -137,6 +145,17 @@ impl Row<'_> {
             .iter()
             .map(|f| Ok(self.number(&f.name, false)?.unwrap_or(f64::NAN)))
             .collect::<Result<Vec<_>, StudyProblem>>()?;
+        let factor_sds = factors
+            .iter()
+            .map(|f| {
+                let key = format!("{}_sd", f.name);
+                let sd = self.number(&key, true)?.unwrap_or(0.0);
+                if sd >= 0.0 {
+                    return Ok(sd);
+                }
+                Err(StudyProblem::Value { key, value: sd.to_string(), need: "a standard deviation, zero or more" })
+            })
+            .collect::<Result<Vec<_>, _>>()?;
         let repeats = self.number("repeats", false)?.unwrap_or(1.0);
         if !(repeats >= 0.0 && repeats.fract() == 0.0 && repeats <= 1e9) {
             let (key, value) = ("repeats".to_owned(), repeats.to_string());
@@ -163,6 +182,7 @@ impl Row<'_> {
             repeats: repeats as u32,
             ambient: ambient.map(|t| [t, sd]),
             factors: values,
+            factor_sds,
             id,
         })
     }

@@ -147,7 +147,7 @@ impl Table {
             ..like.base.clone()
         };
         let point = Point { id: id.clone(), factors, ..like.point.clone() };
-        Ok(Conditions { id, point, layout, base })
+        Ok(Conditions { id, point, layout, base, displaced: Vec::new() })
     }
 }
 
