@@ -94,7 +94,9 @@ pub enum StudyProblem {
         source: UnitError,
     },
     /// A standard deviation in a unit of another quantity than its factor.
-    #[error("`{factor}_sd` is in {other} and `{factor}` in {unit}: a standard deviation has a unit of the same quantity")]
+    #[error(
+        "`{factor}_sd` is in {other} and `{factor}` in {unit}: a standard deviation has a unit of the same quantity"
+    )]
     SdOfFactor {
         /// The factor.
         factor: String,

@@ -33,7 +33,7 @@ pub use filled::filled_rig;
 pub use folder::Study;
 pub use foreseen::{States, Unforeseen};
 pub use head::ErrorTerm;
-pub use heated::{GasReading, HeatedFit, heated_states, read_readings};
+pub use heated::{GasReading, HeatedFit, heated_states, measured_states, read_readings};
 pub use law::{Candidate, Coefficient, Effect, Hears, MeanFlow, Place, Spread};
 pub use modes::{ObservedMode, ObservedModes, hertz, read_modes};
 pub use one_table::OneTable;

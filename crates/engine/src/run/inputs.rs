@@ -7,8 +7,8 @@ use crate::{Assembly, Conditions, EngineError, Observed, PointModel};
 use rijke_numerics::C64;
 use rijke_study::plan::{Base, HeatedFlow, Selection};
 use rijke_study::{
-    Cause, HeatedFit, ObservedModes, Point, PointState, Study, StudyProblem, heated_states, read_readings,
-    read_states,
+    Cause, GasReading, HeatedFit, ObservedModes, Point, PointState, RigAtPoint, Study, StudyProblem,
+    heated_states, measured_states, read_readings, read_states,
 };
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -48,6 +48,17 @@ pub(super) fn states_and_heat(
     match &study.plan.base {
         Base::Ambient | Base::Rig => Ok(StatesAndHeat::default()),
         Base::HeatedFlow(flow) => heated(study, flow, ambient, measured),
+        Base::Measured(plan) => {
+            // Without readings the gas is ambient.
+            let path = study.readings(false)?;
+            let campaign = &study.campaign;
+            let readings =
+                path.map(|path| read_readings(&path, campaign, &study.rig)).transpose()?.unwrap_or_default();
+            let layouts = layouts(study, ambient, &readings)?;
+            let found = measured_states(&study.rig, campaign, plan, &readings, ambient, &layouts);
+            let states = found.map_err(|problem| EngineError::Readings { problem: Box::new(problem) })?;
+            Ok((states.into_iter().enumerate().filter_map(|(k, state)| Some((k, state?))).collect(), None))
+        }
         Base::States(_) => {
             let path = study.folder.join("base").join("states.json");
             // Cold points need none; a point that does is refused by [`conditions`].
@@ -62,6 +73,21 @@ pub(super) fn states_and_heat(
     }
 }
 
+/// The rig at every point whose temperature at the inlet is known: ambient, or as the first reading has it.
+fn layouts(
+    study: &Study,
+    ambient: &[Option<[f64; 2]>],
+    readings: &[GasReading],
+) -> Result<Vec<Option<RigAtPoint>>, EngineError> {
+    let layout = |(k, point): (usize, &Point)| {
+        let fail = |source| EngineError::Rig { point: point.id.clone(), source: Box::new(source) };
+        let read = readings.iter().filter(|r| r.point == k).min_by(|a, b| a.at.total_cmp(&b.at));
+        let kelvin = read.map(|r| r.temperature).or(ambient[k].map(|t| t[0]));
+        kelvin.map(|t| study.rig.at(point, t).map_err(fail)).transpose()
+    };
+    study.campaign.points.iter().enumerate().map(layout).collect()
+}
+
 /// The states of gas that a part heats, from the readings.
 fn heated(
     study: &Study,
@@ -74,11 +100,7 @@ fn heated(
     let path = study.readings(measured)?;
     let readings =
         path.map(|path| read_readings(&path, campaign, &study.rig)).transpose()?.unwrap_or_default();
-    let layout = |(k, point): (usize, &Point)| {
-        let fail = |source| EngineError::Rig { point: point.id.clone(), source: Box::new(source) };
-        ambient[k].map(|t| study.rig.at(point, t[0]).map_err(fail)).transpose()
-    };
-    let layouts = campaign.points.iter().enumerate().map(layout).collect::<Result<Vec<_>, _>>()?;
+    let layouts = layouts(study, ambient, &[])?;
     let found = heated_states(&study.rig, campaign, flow, &readings, ambient, &layouts);
     let (states, fit) = found.map_err(|problem| EngineError::Readings { problem: Box::new(problem) })?;
     let states = states.into_iter().enumerate().filter_map(|(k, state)| Some((k, state?))).collect();

@@ -121,3 +121,45 @@ fn oracle_errors_of_a_factor_count_once_for_each_setting() {
     }
     assert!(apart > 1.3 * known && alike > apart, "{apart} {alike} {known}");
 }
+
+#[test]
+fn exact_readings_are_the_profile_of_the_gas() {
+    // Sound takes the integral of 1/c through gas whose temperature is linear between the ends: modes of a
+    // tube whose ends reflect -r are at pi over that time for high modes; the lowest within the reflection at
+    // the slope. The same tube in the rig's file, with its temperatures there, has the same mode.
+    let both = |name: &str, rig: &str, plan: &str, readings: Option<&str>| {
+        let campaign = "point,x [m],T_amb [K]\na,1,300\nb,0.8,300\n";
+        let plan = format!("{plan}{PLAN}");
+        let mut files = vec![
+            ("rig.toml", rig),
+            ("campaign.csv", campaign),
+            ("study.toml", plan.as_str()),
+            ("observations/observations.toml", ORIGIN),
+            ("observations/modes.csv", "point,growth_rate [1/s],growth_rate_sd [1/s]\na,-50,1\n"),
+        ];
+        files.extend(readings.map(|text| ("observations/readings.csv", text)));
+        let folder = Folder::new(name, &files);
+        let study = Study::open(&folder.0).unwrap();
+        let observations = study.observations().unwrap();
+        let of =
+            |k: usize| modes_at(&study, Some(&observations), None, k, [None; 2]).unwrap().1.modes.modes[0].s;
+        [of(0), of(1)]
+    };
+    let measured = "base.measured = { offset_sd = 0.5 }\n";
+    let readings = "point,at [m],temperature [degC],sd [K]\na,0,26.85,1\na,0.4,76.85,1\na,1,126.85,2\n";
+    let [by_readings, unread] = both("readings", super::tube::TUBE, measured, Some(readings));
+    let [head, foot] = super::tube::TUBE.split("[[element]]").collect::<Vec<_>>()[..] else { panic!() };
+    let unknown = &foot[foot.find("[unknown").unwrap()..];
+    let duct = |name: &str, length: &str, kelvin: &str| {
+        format!(
+            "[[element]]\nname = \"{name}\"\ntype = \"duct\"\nlength = \"{length}\"\ndiameter = 0.05\n\
+             temperatures = {kelvin}\n"
+        )
+    };
+    let ducts = duct("tube", "0.4 m", "[300, 350]") + &duct("rest", "x - 0.4", "[350, 400]");
+    let warm = format!("{head}{ducts}{unknown}");
+    let [in_file, _] = both("in-file", &warm, "base = \"rig\"\n", None);
+    assert!((by_readings - in_file).norm() < 2e-4 * in_file.norm(), "{by_readings} {in_file}");
+    let c = (1.4_f64 * 287.05 * 300.0).sqrt();
+    assert!((unread.im - std::f64::consts::PI * c / 0.8).abs() < 1e-6 * c, "{unread}");
+}

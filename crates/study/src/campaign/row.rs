@@ -55,11 +55,14 @@ pub(super) fn checked(columns: &[Factor], has: impl Fn(&str) -> bool) -> Result<
         let need = "a column `T_amb_sd` says how well it is known; correct the name of the column of ambient temperatures, or leave out T_amb_sd";
         return Err(StudyProblem::Missing { key: "T_amb".into(), need });
     }
-    let other = |c: &Factor| of_which(c, columns).filter(|of| of.unit != c.unit).map(|of| (c.clone(), of.clone()));
+    let other =
+        |c: &Factor| of_which(c, columns).filter(|of| of.unit != c.unit).map(|of| (c.clone(), of.clone()));
     match columns.iter().find_map(other) {
-        Some((sd, factor)) => {
-            Err(StudyProblem::SdOfFactor { factor: factor.name, unit: factor.shown.to_string(), other: sd.shown.to_string() })
-        }
+        Some((sd, factor)) => Err(StudyProblem::SdOfFactor {
+            factor: factor.name,
+            unit: factor.shown.to_string(),
+            other: sd.shown.to_string(),
+        }),
         None => Ok(()),
     }
 }
@@ -153,7 +156,11 @@ impl Row<'_> {
                 if sd >= 0.0 {
                     return Ok(sd);
                 }
-                Err(StudyProblem::Value { key, value: sd.to_string(), need: "a standard deviation, zero or more" })
+                Err(StudyProblem::Value {
+                    key,
+                    value: sd.to_string(),
+                    need: "a standard deviation, zero or more",
+                })
             })
             .collect::<Result<Vec<_>, _>>()?;
         let repeats = self.number("repeats", false)?.unwrap_or(1.0);

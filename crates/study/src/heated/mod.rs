@@ -13,11 +13,13 @@
 mod compared;
 mod fit;
 mod gas;
+mod profile;
 #[cfg(test)]
 mod tests;
 
 pub use compared::HeatedFit;
 pub use gas::GasReading;
+pub use profile::measured_states;
 
 use crate::base::{BaseError, Cause, PointState, Sharing};
 use crate::campaign::{COLDEST, Campaign};

@@ -62,6 +62,21 @@ pub enum Base {
     States(Selection),
     /// Gas that a part heats in a forced flow, from readings of thermometers in `observations/readings.csv`.
     HeatedFlow(HeatedFlow),
+    /// Gas as thermometers read it, in a forced flow or at rest.
+    Measured(MeasuredGas),
+}
+
+/// Temperatures as the thermometers of `observations/readings.csv` read them, linear between their places; the
+/// ambient one at points without readings.
+#[derive(Clone, Debug, PartialEq, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MeasuredGas {
+    /// The factor that is the volume flow from upstream, m^3/s, at the temperature of the inlet; none: at rest.
+    #[serde(default)]
+    pub flow: Option<String>,
+    /// Standard deviation of what all thermometers read too much, K.
+    #[serde(default)]
+    pub offset_sd: f64,
 }
 
 /// A part that heats a forced flow.

@@ -4,7 +4,9 @@ use super::ids::{known_stage, short_id};
 use super::maps::MapFile;
 use super::questions::Asked;
 use super::stands::{counted_once, known_ground};
-use super::{Ask, Base, Cost, HeatedFlow, NoiseSpec, Plan, Prefer, Question, SdSpec, Selection, Stage};
+use super::{
+    Ask, Base, Cost, HeatedFlow, MeasuredGas, NoiseSpec, Plan, Prefer, Question, SdSpec, Selection, Stage,
+};
 use crate::source::{Source, listed};
 use crate::{Campaign, Catalogue, Rig, StudyError, StudyProblem};
 use rijke_rig::Given;
@@ -67,6 +69,7 @@ enum BaseChoice {
     Rig,
     States(Selection),
     HeatedFlow(HeatedFlow),
+    Measured(MeasuredGas),
 }
 
 impl<'de> Deserialize<'de> for BaseChoice {
@@ -76,6 +79,7 @@ impl<'de> Deserialize<'de> for BaseChoice {
         enum Table {
             States(StatesFile),
             HeatedFlow(HeatedFlow),
+            Measured(MeasuredGas),
         }
         #[derive(Deserialize)]
         #[serde(deny_unknown_fields)]
@@ -84,7 +88,7 @@ impl<'de> Deserialize<'de> for BaseChoice {
         }
         let fail = |text: String| {
             serde::de::Error::custom(format!(
-                "{text}; give base = \"ambient\", \"rig\" or \"states\", or a table [base.states] or [base.heated-flow]"
+                "{text}; give base = \"ambient\", \"rig\" or \"states\", or a table [base.states], [base.heated-flow] or [base.measured]"
             ))
         };
         match toml::Value::deserialize(from)? {
@@ -97,6 +101,7 @@ impl<'de> Deserialize<'de> for BaseChoice {
             value => match value.try_into::<Table>() {
                 Ok(Table::States(file)) => Ok(Self::States(file.points)),
                 Ok(Table::HeatedFlow(heated)) => Ok(Self::HeatedFlow(heated)),
+                Ok(Table::Measured(measured)) => Ok(Self::Measured(measured)),
                 Err(error) => Err(fail(error.message().to_owned())),
             },
         }
@@ -195,6 +200,11 @@ impl Plan {
                 let fail = |(key, problem)| source.fail(source.key_after(base_at, key), problem);
                 check.heated(&heated).map_err(fail)?;
                 Base::HeatedFlow(heated)
+            }
+            BaseChoice::Measured(measured) => {
+                let fail = |(key, problem)| source.fail(source.key_after(base_at, key), problem);
+                measured.check(campaign).map_err(fail)?;
+                Base::Measured(measured)
             }
         };
         base.suits(rig).map_err(|problem| source.fail(0, problem))?;
@@ -297,6 +307,15 @@ impl Check<'_> {
                 let full = format!("base.heated-flow.{key} = {name}");
                 factor.shown.of(wanted).map_err(|source| (key, StudyProblem::Unit { key: full, source }))?;
             }
+        }
+        let uncertain = |name: &&String| {
+            let place = self.campaign.factor(name);
+            place.is_some_and(|k| self.campaign.points.iter().any(|p| p.factor_sds[k] > 0.0))
+        };
+        if let Some(name) = [&heated.power, &heated.flow].into_iter().find(uncertain) {
+            let (key, value) = (format!("{name}_sd"), "a column of the campaign".to_owned());
+            let need = "left out: what errors of power and flow do to the gas is inferred from the readings, as a scatter of its rise";
+            return Err(("at", StudyProblem::Value { key, value, need }));
         }
         for (key, [mean, sd]) in [("share", heated.share), ("cooling", heated.cooling)] {
             if !(mean > 0.0 && sd > 0.0 && mean.is_finite() && sd.is_finite()) {

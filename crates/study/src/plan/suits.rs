@@ -12,7 +12,7 @@ impl Base {
         }
         let other = rig.parts.iter().find(|part| part.is_of_other_gas());
         match (self, other) {
-            (Self::States(_) | Self::HeatedFlow(_), Some(part)) => {
+            (Self::States(_) | Self::HeatedFlow(_) | Self::Measured(_), Some(part)) => {
                 Err(StudyProblem::OtherGas { part: part.name.clone() })
             }
             _ => Ok(()),
