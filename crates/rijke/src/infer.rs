@@ -9,7 +9,8 @@ use crate::{
     study::{of_the_engine, warn_of_copies, warn_of_doubts},
     ui::Ui,
 };
-use rijke_engine::run::{EvidenceRecord, FarOff, ModelRecord, Run, StageRecord, Trusted};
+use rijke_engine::SavedModel;
+use rijke_engine::run::{EvidenceRecord, FarOff, MeasuredRecord, ModelRecord, Run, StageRecord, Trusted};
 use rijke_study::{OneTable, Study, filled_rig};
 use serde_json::json;
 use std::{f64::consts::TAU, path::PathBuf};
@@ -55,6 +56,7 @@ struct Found {
     study: Study,
     stage: StageRecord,
     evidence: EvidenceRecord,
+    saved: SavedModel,
 }
 
 impl Found {
@@ -102,10 +104,12 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
                     .at(file)
                     .remedy("Give priors nearer to the truth, or fewer unknowns."));
             };
-            Ok((stage, evidence))
+            Ok((stage, evidence, run.saved("modes").map_err(wrong)?))
         };
         match trained() {
-            Ok((stage, evidence)) => found.push(Found { file: file.clone(), table, study, stage, evidence }),
+            Ok((stage, evidence, saved)) => {
+                found.push(Found { file: file.clone(), table, study, stage, evidence, saved });
+            }
             Err(failure) => without.push(failure),
         }
         progress.advance(1);
@@ -139,10 +143,33 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
             "file": f.file, "ln_best_fit": e.ln_best_fit, "ln_occam": e.ln_occam, "ln_marginal": e.ln_marginal,
             "unknowns": unknowns.collect::<Vec<_>>(),
             "model_error": { "growth_rate_per_s": growth, "frequency_hz": frequency / TAU, "pressure": pressure },
+            "covariance": covariance(&f.saved),
+            "residuals": residuals(f),
             "remark": f.model().remark,
         })
     });
     ui.result(&answers.collect::<Vec<_>>())
+}
+
+/// Names of what was inferred, in the order of rows and columns, and the covariance.
+fn covariance(saved: &SavedModel) -> Option<serde_json::Value> {
+    let known = saved.posterior().ok()?.gaussian;
+    let n = known.names.len();
+    let rows: Vec<Vec<f64>> = (0..n).map(|i| (0..n).map(|j| known.covariance[(i, j)]).collect()).collect();
+    Some(json!({ "names": known.names, "rows": rows }))
+}
+
+/// Measured less predicted, for every row of the table, by its line.
+fn residuals(found: &Found) -> Vec<serde_json::Value> {
+    let less = |measured: Option<[f64; 2]>, predicted: f64| measured.map(|m| m[0] - predicted);
+    let of = |(m, p): (&MeasuredRecord, &[f64; 2])| {
+        let omega = less(m.angular_frequency, p[1]);
+        json!({
+            "row": m.point, "mode": m.mode, "growth_rate_per_s": less(m.growth_rate, p[0]),
+            "frequency_hz": omega.map(|omega| omega / TAU),
+        })
+    };
+    found.stage.measured.iter().zip(found.model().shown()).map(of).collect()
 }
 
 fn print(ui: &Ui, found: &[Found]) {
