@@ -13,6 +13,7 @@
 //! All readings of all states together are one Gaussian vector, with noise per state ([`State::noise`]) and
 //! an error of the arrival times that is common to all states ([`SettledRun::common`]).
 
+mod bend;
 #[cfg(test)]
 mod dense;
 mod errors;
@@ -25,6 +26,7 @@ mod prediction;
 mod readings;
 mod report;
 mod run;
+mod search;
 mod settling;
 #[cfg(test)]
 mod tests;
