@@ -40,7 +40,8 @@ impl Pipe {
     }
 
     /// Time at which the click passes `x`, s, where it passes the faces `at_face`: a cubic between the faces
-    /// whose slopes there are those of the click, so that a grid that moves past `x` changes the time smoothly.
+    /// whose slopes there are those of the click, so that a grid that moves past `x` changes the time
+    /// smoothly.
     pub(crate) fn time_at(&self, gas: &Draught<f64>, at_face: &[f64], x: f64) -> f64 {
         let upper = self.faces.partition_point(|&face| face <= x).clamp(1, self.cells.len());
         let (from, length) = (self.faces[upper - 1], self.cells[upper - 1].length);

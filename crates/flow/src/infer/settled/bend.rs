@@ -1,10 +1,10 @@
 //! What Gauss and Newton's method leaves out of the second derivatives of the cost: second derivatives of the
 //! model times residuals.
 //!
-//! Along the floor of a narrow valley, where data say little, this part is as large as the rest. It is learned
-//! from the slopes at both ends of each step, as a sum of u u'/d (Dennis, Gay & Welsch 1981, An adaptive
-//! nonlinear least-squares algorithm, with the symmetric update of rank one in place of theirs). Knows neither
-//! runs nor the model.
+//! Along the floor of a narrow valley, where data say little, this part is as large as the rest. It is
+//! learned from the slopes at both ends of each step, as a sum of u u'/d (Dennis, Gay & Welsch 1981, An
+//! adaptive nonlinear least-squares algorithm, with the symmetric update of rank one in place of theirs).
+//! Knows neither runs nor the model.
 
 use super::joint::{Arrow, Scores};
 use rijke_numerics::{Matrix, lu_solve, symmetric_eigen};
@@ -23,8 +23,8 @@ impl Bend {
         }
     }
 
-    /// Newton's step down the slope `down`, where `arrow` has the inverse of the rest of the second derivatives.
-    /// Oldest terms are forgotten until the sum is positive definite.
+    /// Newton's step down the slope `down`, where `arrow` has the inverse of the rest of the second
+    /// derivatives. Oldest terms are forgotten until the sum is positive definite.
     pub(super) fn step(&mut self, arrow: &Arrow, down: &Scores) -> Scores {
         let plain = arrow.step(down);
         loop {

@@ -22,6 +22,7 @@ mod fit;
 mod foreseen;
 mod joint;
 mod observed;
+mod of_run;
 mod prediction;
 mod readings;
 mod report;
@@ -33,8 +34,9 @@ mod tests;
 mod unknowns;
 
 pub use super::report::SettlingReport;
-pub use fit::{JointFit, ReadingMisfit, Settled};
+pub use fit::JointFit;
 pub use observed::runs;
+pub use of_run::{ReadingMisfit, Settled};
 pub use readings::Readings;
 pub use run::{SettledRun, State};
 pub use unknowns::unknowns;

@@ -63,8 +63,8 @@ struct Setting {
 }
 
 impl SettledRun {
-    /// All states of the tube `pipe` at `scores` of the unknowns `priors`; the search for settled flows starts
-    /// at `near`, if there are any.
+    /// All states of the tube `pipe` at `scores` of the unknowns `priors`; the search for settled flows
+    /// starts at `near`, if there are any.
     pub(crate) fn predict(
         &self,
         pipe: &Pipe,

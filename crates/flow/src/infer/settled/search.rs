@@ -1,15 +1,15 @@
 //! The search for the most probable scores of all runs together.
 //!
-//! Gauss and Newton's method, damped after Levenberg and Marquardt. The more places of the heater, the better
-//! the shared scores are known, and the narrower is the valley of the cost in which they lie: a step along its
-//! tangent leaves it where it bends. Residuals cost a tenth of slopes, so several steps follow on slopes taken
-//! once, which each step turns by what it found (Broyden 1965, run by run). They lead back to the floor, and on
-//! along it. What the floor's own bend adds to the second derivatives is learned on the way. Knows neither
-//! causes nor reports.
+//! Gauss and Newton's method, damped after Levenberg and Marquardt. The more places of the heater, the
+//! better the shared scores are known, and the narrower is the valley of the cost in which they lie: a step
+//! along its tangent leaves it where it bends. Residuals cost a tenth of slopes, so several steps follow on
+//! slopes taken once, which each step turns by what it found (Broyden 1965, run by run). They lead back to
+//! the floor, and on along it. What the floor's own bend adds to the second derivatives is learned on the
+//! way. Knows neither causes nor reports.
 
 use super::bend::Bend;
-use super::fit::Settled;
 use super::joint::{Arrow, Scores};
+use super::of_run::Settled;
 use super::prediction::Predicted;
 use super::readings::Readings;
 use crate::error::FlowError;

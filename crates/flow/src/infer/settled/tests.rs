@@ -1,6 +1,7 @@
 //! Settled runs made by the model itself, with truth drawn from the prior.
 
-use super::fit::{JointFit, Settled};
+use super::fit::JointFit;
+use super::of_run::Settled;
 use super::run::{SettledRun, State};
 use super::unknowns::{FIXED, shared_share, unknowns};
 use crate::infer::sensor::SensorKind;
@@ -138,8 +139,8 @@ fn exact_fit_gives_the_same_bytes_for_one_and_two_threads() {
     assert_eq!(fit(1), fit(2));
 }
 
-/// One rig at more and more places: the shared unknowns lie in a valley that gets ever narrower. Linearisations
-/// are the work. Gauss and Newton's method alone takes 13 and 17 of them.
+/// One rig at more and more places: the shared unknowns lie in a valley that gets ever narrower.
+/// Linearisations are the work. Gauss and Newton's method alone takes 13 and 17 of them.
 #[test]
 fn behaviour_many_places_take_few_linearisations() {
     let count = |places: u32| {
