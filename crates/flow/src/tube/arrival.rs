@@ -29,21 +29,34 @@ impl Pipe {
 
     /// Time at which the click passes each face, s, without the delay of the orifices.
     pub(crate) fn times_at_faces<N: Number>(&self, gas: &Draught<N>) -> Vec<N> {
-        let air = &self.air;
-        let layer = self.layer();
-        let flux = gas.mass_flow * (1.0 / self.area);
         let mut time = N::constant(0.0);
         let mut at_face = Vec::with_capacity(self.faces.len());
         at_face.push(time);
         for (cell, &t) in self.cells.iter().zip(&gas.march.mean) {
-            let mut slowness = (air.sound_speed(t) + flux * air.volume(t)).recip();
-            if layer > 0.0 {
-                slowness = slowness * (self.retardation(t) * layer + 1.0);
-            }
-            time = time + slowness * cell.length;
+            time = time + self.slowness(gas, t) * cell.length;
             at_face.push(time);
         }
         at_face
+    }
+
+    /// Time at which the click passes `x`, s, where it passes the faces `at_face`: a cubic between the faces
+    /// whose slopes there are those of the click, so that a grid that moves past `x` changes the time
+    /// smoothly.
+    pub(crate) fn time_at(&self, gas: &Draught<f64>, at_face: &[f64], x: f64) -> f64 {
+        let upper = self.faces.partition_point(|&face| face <= x).clamp(1, self.cells.len());
+        let (from, length) = (self.faces[upper - 1], self.cells[upper - 1].length);
+        let s = (x - from) / length;
+        let [low, high] = [upper - 1, upper].map(|k| self.slowness(gas, gas.march.face[k]) * length);
+        let rise = at_face[upper] - at_face[upper - 1];
+        at_face[upper - 1] + s * (low + s * (3.0 * rise - 2.0 * low - high + s * (low + high - 2.0 * rise)))
+    }
+
+    /// Of a click in gas at temperature `t` that moves with the flow, s/m.
+    fn slowness<N: Number>(&self, gas: &Draught<N>, t: N) -> N {
+        let flux = gas.mass_flow * (1.0 / self.area);
+        let slowness = (self.air.sound_speed(t) + flux * self.air.volume(t)).recip();
+        let layer = self.layer();
+        if layer > 0.0 { slowness * (self.retardation(t) * layer + 1.0) } else { slowness }
     }
 
     /// delta of a cold tube at `ambient` (K): what signal processing takes out when it undoes the dispersion.

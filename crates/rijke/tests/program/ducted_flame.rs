@@ -52,6 +52,20 @@ fn lab_the_transfer_function_of_a_ducted_flame_is_found() {
     assert!(best["file"].as_str().unwrap().ends_with("second-order.toml"), "{found:#}");
     let number = |of: &Value, name: &str| of[name].as_f64().unwrap();
     assert!(number(best, "ln_marginal") > number(next, "ln_marginal") + 50.0, "{found:#}");
+    // Covariance and residuals are those of the unknowns and of the rows.
+    let unknowns = best["unknowns"].as_array().unwrap();
+    let covariance = &best["covariance"];
+    for (k, unknown) in unknowns.iter().enumerate() {
+        assert_eq!(covariance["names"][k], unknown["name"]);
+        let sd = covariance["rows"][k][k].as_f64().unwrap().sqrt();
+        assert!((sd / number(unknown, "sd") - 1.0).abs() < 1e-9, "{unknown} {sd}");
+    }
+    let residuals = best["residuals"].as_array().unwrap();
+    let rms = |key: &str| {
+        let all: Vec<f64> = residuals.iter().filter_map(|r| r[key].as_f64()).collect();
+        (all.iter().map(|r| r * r).sum::<f64>() / all.len() as f64).sqrt()
+    };
+    assert!(rms("growth_rate_per_s") < 3.0 && rms("frequency_hz") < 1.0, "{residuals:?}");
     // What a file says with a formula of its unknowns is a number in the one that is written.
     let text = fs::read_to_string(one).unwrap();
     let named = text.replace("\"$delay\"", "\"$tau*0.5*2\"").replace("[unknown.delay]", "[unknown.tau]");

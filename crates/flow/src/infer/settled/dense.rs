@@ -1,6 +1,7 @@
 //! The slow route to a joint fit: all scores of all runs in one dense posterior, searched by a trust region.
 
-use super::fit::{JointFit, Settled};
+use super::fit::JointFit;
+use super::of_run::Settled;
 use super::run::SettledRun;
 use super::tests::{SD, arrivals, empty, pipe, read};
 use super::unknowns::{FIXED, shared_share};

@@ -1,7 +1,8 @@
 //! Base states with their errors, from a joint posterior.
 
-use super::fit::{JointFit, Settled};
+use super::fit::JointFit;
 use super::joint::Arrow;
+use super::of_run::Settled;
 use super::run::State;
 use super::unknowns::FIXED;
 use crate::base::state::{BaseState, ErrorComponent};

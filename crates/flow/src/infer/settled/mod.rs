@@ -13,6 +13,7 @@
 //! All readings of all states together are one Gaussian vector, with noise per state ([`State::noise`]) and
 //! an error of the arrival times that is common to all states ([`SettledRun::common`]).
 
+mod bend;
 #[cfg(test)]
 mod dense;
 mod errors;
@@ -22,18 +23,21 @@ mod foreseen;
 mod infer;
 mod joint;
 mod observed;
+mod of_run;
 mod prediction;
 mod readings;
 mod report;
 mod run;
+mod search;
 mod settling;
 #[cfg(test)]
 mod tests;
 mod unknowns;
 
 pub use super::report::SettlingReport;
-pub use fit::{JointFit, ReadingMisfit, Settled};
+pub use fit::JointFit;
 pub use infer::{heated, infer};
+pub use of_run::{ReadingMisfit, Settled};
 pub use readings::Readings;
 pub use run::{SettledRun, State};
 pub use unknowns::unknowns;

@@ -1,6 +1,7 @@
 //! A fitted run as numbers for figures, and its base states by name.
 
-use super::fit::{JointFit, Settled};
+use super::fit::JointFit;
+use super::of_run::Settled;
 use super::run::SIX;
 use super::unknowns::FIXED;
 use crate::base::state::BaseState;

@@ -1,6 +1,6 @@
 //! How long the flow of a ramp takes to settle after the last change that its log has.
 
-use super::fit::Settled;
+use super::of_run::Settled;
 use super::prediction::Predicted;
 use super::run::State;
 use crate::error::FlowError;

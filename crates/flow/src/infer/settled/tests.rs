@@ -1,8 +1,9 @@
 //! Settled runs made by the model itself, with truth drawn from the prior.
 
-use super::fit::{JointFit, Settled};
+use super::fit::JointFit;
+use super::of_run::Settled;
 use super::run::{SettledRun, State};
-use super::unknowns::unknowns;
+use super::unknowns::{FIXED, shared_share, unknowns};
 use crate::infer::sensor::SensorKind;
 use crate::tube::closures::Closures;
 use crate::tube::pipe::Pipe;
@@ -74,7 +75,7 @@ fn oracle_differences_agree_with_the_implicit_function_theorem() {
     let first = base.rows() - states[3].base.len();
     let filled = super::unknowns::Filled::new(&model.priors, &scores, &Closures::default()).unwrap();
     let moved = pipe.altered(filled.heater_shift, &filled.closures).unwrap();
-    let sensitivities = states[3].steady.as_ref().unwrap().sensitivities(&moved).unwrap();
+    let sensitivities = states[3].flow.settled().unwrap().sensitivities(&moved).unwrap();
     for (k, sensitivity) in sensitivities.iter().enumerate().take(7) {
         let h = 1e-6;
         let physical = |z: f64| crate::infer::scores::physical(&model.priors[k], z).unwrap();
@@ -136,6 +137,40 @@ fn exact_fit_gives_the_same_bytes_for_one_and_two_threads() {
         })
     };
     assert_eq!(fit(1), fit(2));
+}
+
+/// One rig at more and more places: the shared unknowns lie in a valley that gets ever narrower.
+/// Linearisations are the work. Gauss and Newton's method alone takes 13 and 17 of them.
+#[test]
+fn behaviour_many_places_take_few_linearisations() {
+    let count = |places: u32| {
+        let mut stream = Streams::new(8).stream("many places");
+        let mut draw = move || -> f64 { StandardNormal.sample(&mut stream) };
+        let shared: Vec<f64> = (0..FIXED).map(|_| draw()).collect();
+        let runs: Vec<(Pipe, SettledRun)> = (0..places)
+            .map(|k| {
+                let heater = 0.15 + 0.7 * f64::from(k) / f64::from(places - 1);
+                let (pipe, mut run) = (pipe(heater), empty(heater, &arrivals(), SD));
+                let size = unknowns(&run, &pipe).len();
+                let of = |k: usize| if k < FIXED { shared_share(k) } else { 0.0 };
+                let truth: Vec<f64> = (0..size)
+                    .map(|k| of(k) * shared.get(k).unwrap_or(&0.0) + (1.0 - of(k).powi(2)).sqrt() * draw())
+                    .collect();
+                let states = Settled::at_prior(&pipe, &run).states(&truth, None).unwrap();
+                for (state, predicted) in run.states.iter_mut().zip(states) {
+                    state.readings = predicted.readings.iter().map(|r| r + SD * draw()).collect();
+                }
+                (pipe, run)
+            })
+            .collect();
+        let fit = JointFit::new(&runs).unwrap();
+        assert!(fit.runs.iter().all(|run| run.misfit.converged));
+        fit.linearisations
+    };
+    for places in [12, 48] {
+        let found = count(places);
+        assert!(found <= 10, "{found} linearisations of {places} places");
+    }
 }
 
 /// A slip of units must not set a search going that no flow can end.

@@ -87,8 +87,16 @@ pub(crate) fn shared_share(k: usize) -> f64 {
     }
 }
 
+/// Whether unknown `k` moves the flow, and not just what is read of it: orifice and paths delay clicks.
+pub(crate) fn moves_flow(k: usize, run: &SettledRun, pipe: &Pipe) -> bool {
+    let paths = FIXED + run.days().len();
+    !ORIFICE.contains(&k) && !(paths..paths + pipe.microphones.len()).contains(&k)
+}
+
 const POWER: usize = 6;
 const HEATER: usize = 7;
+/// Length and exponent.
+const ORIFICE: [usize; 2] = [8, 9];
 
 /// Sd of the excess acoustic length of one interval, m: a thermometer of 3 mm across the bore adds 0.4 mm of
 /// inertance, the boundary layers of insert over 0.1 m about 0.1 mm, an unflanged probe less.

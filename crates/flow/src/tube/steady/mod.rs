@@ -12,6 +12,7 @@ use super::wall::HeatBalance;
 use crate::base::state::BaseState;
 use crate::error::FlowError;
 use crate::number::{Dual, Number};
+use tangent::System;
 
 /// Most Newton steps; from a cold start seven are typical.
 const STEPS: usize = 40;
@@ -41,6 +42,12 @@ pub struct Steady {
     pub steps: usize,
     drive: Drive<f64>,
     parameters: TubeParameters,
+}
+
+/// A steady state with Newton's system there, which leads to its neighbours.
+pub(crate) struct Nearby<'a> {
+    steady: &'a Steady,
+    system: System,
 }
 
 /// Derivatives of a steady state with respect to one of [`SENSITIVE_TO`].
@@ -80,6 +87,48 @@ impl Pipe {
     ) -> Result<Steady, FlowError> {
         self.first_guess(p, power, ambient)?; // for its checks of the input
         self.steady_from(p, power, ambient, near.wall.clone(), near.gas.mass_flow)
+    }
+
+    /// Newton's system at a `steady` state of this very tube.
+    ///
+    /// # Errors
+    /// [`FlowError::NotSteady`] if it is singular.
+    pub(crate) fn nearby<'a>(&self, steady: &'a Steady) -> Result<Nearby<'a>, FlowError> {
+        let flow = steady.gas.mass_flow.max(super::draught::STILL);
+        let tangent =
+            self.tangent(&steady.wall, steady.drive, flow, &steady.parameters, &mut March::default());
+        Ok(Nearby { steady, system: tangent.factorised()? })
+    }
+
+    /// The gas of a steady state of this tube, which hardly differs from that of `near`, by one step with the
+    /// system there. The error is of second order in the difference, and even: central differences do not see
+    /// it.
+    ///
+    /// # Errors
+    /// As [`Pipe::steady`].
+    pub(crate) fn gas_near(
+        &self,
+        p: &TubeParameters,
+        power: f64,
+        ambient: f64,
+        near: &Nearby<'_>,
+    ) -> Result<Draught<f64>, FlowError> {
+        if power == 0.0 {
+            return Ok(self.steady(p, power, ambient)?.gas);
+        }
+        let drive = Drive { released: power, ambient };
+        let (mut wall, flow) = (near.steady.wall.clone(), Flow::new(near.steady.gas.mass_flow));
+        let mut gas = Draught::at(near.steady.gas.mass_flow, March::default());
+        self.march(&wall, drive, flow, p, &mut gas.march);
+        let balance = self.balance(&gas.march, flow, ambient, p);
+        let mut heat = Vec::new();
+        self.wall_heat(&wall, drive, p, &gas, &mut heat);
+        let rows = heat.iter().flat_map(|h| [-h, 0.0]).collect();
+        let (change, dm) = near.system.solve(rows, balance.losses - balance.buoyancy);
+        wall.iter_mut().zip(change.iter().step_by(2)).for_each(|(w, d)| *w += d);
+        gas.mass_flow += dm;
+        self.march(&wall, drive, Flow::new(gas.mass_flow), p, &mut gas.march);
+        Ok(gas)
     }
 
     fn steady_from(

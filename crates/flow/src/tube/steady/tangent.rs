@@ -23,8 +23,9 @@ pub(super) struct Tangent {
 /// The linear system.
 pub(super) struct System {
     band: Band,
-    /// Derivatives of the rows with respect to the mass flow.
-    by_flow: Vec<f64>,
+    /// Derivatives of the rows with respect to the mass flow; in a system that is ready, the unknowns that
+    /// would make up for them.
+    along: Vec<f64>,
     /// Derivatives of the draught with respect to the unknowns, and to the mass flow.
     draught: Vec<f64>,
     draught_by_flow: f64,
@@ -118,7 +119,7 @@ impl Pipe {
             (2.0 * flux * inertial + 32.0 / (self.diameter * self.diameter) * viscous) / self.area;
         let losses = flux * flux * inertial + friction * viscous;
         let excess = GRAVITY * buoyancy - losses;
-        Tangent { heat, excess, losses, system: System { band, by_flow, draught, draught_by_flow } }
+        Tangent { heat, excess, losses, system: System { band, along: by_flow, draught, draught_by_flow } }
     }
 }
 
@@ -133,9 +134,11 @@ impl Tangent {
     /// # Errors
     /// [`FlowError::NotSteady`] if it is singular.
     pub(super) fn factorised(mut self) -> Result<System, FlowError> {
-        if !self.system.band.factorise() {
+        let System { band, along, .. } = &mut self.system;
+        if !band.factorise() {
             return Err(FlowError::NotSteady { steps: 0, residual: f64::NAN });
         }
+        band.solve(along);
         Ok(self.system)
     }
 }
@@ -143,12 +146,11 @@ impl Tangent {
 impl System {
     /// Solves for the unknowns and the mass flow by eliminating the border.
     pub(super) fn solve(&self, mut rows: Vec<f64>, balance: f64) -> (Vec<f64>, f64) {
-        let mut along = self.by_flow.clone();
         self.band.solve(&mut rows);
-        self.band.solve(&mut along);
         let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
-        let dm = (balance - dot(&self.draught, &rows)) / (self.draught_by_flow - dot(&self.draught, &along));
-        rows.iter_mut().zip(&along).for_each(|(r, a)| *r -= dm * a);
+        let dm =
+            (balance - dot(&self.draught, &rows)) / (self.draught_by_flow - dot(&self.draught, &self.along));
+        rows.iter_mut().zip(&self.along).for_each(|(r, a)| *r -= dm * a);
         (rows, dm)
     }
 }
