@@ -60,11 +60,11 @@ pub(super) const CASES: [Case; 31] = [
         "measured mode without a frequency",
         |d| {
             crate::copy(&crate::example("ducted-flame"), &d.join("flame"));
-            let table = "L [m],P [kW],growth_rate [1/s],growth_rate_sd [1/s]\n0.4,10,-70,1\n0.5,10,-60,1\n";
+            let table = "chamber_length [m],growth_rate [1/s],growth_rate_sd [1/s]\n0.4,-70,1\n0.5,-60,1\n";
             std::fs::write(d.join("flame/modes.csv"), table).unwrap();
         },
         "infer flame/n-tau.toml --data flame/modes.csv",
-        ["flame/modes.csv, line 2", "the rig has 3 in the region of the search", "Correct that row"],
+        ["flame/modes.csv, line 2", "in the region of the search; give a frequency", "Correct that row"],
     ),
     case(
         "prediction before the ranking",
