@@ -45,9 +45,9 @@ enum Task {
     /// Make each law of heat release of Table 4 the truth of the virtual laboratory in turn, and write which
     /// model wins into docs/records/recovery.md: some ten minutes.
     Recovery,
-    /// Measure what `rijke flow` and `rijke rank` cost against points, microphones and candidates, and write
-    /// docs/records/scale.md: some twenty minutes.
-    Scale,
+    /// Measure what `rijke flow`, `rank` and `process` cost against places, points, microphones, candidates
+    /// and the length of a record, and write the table of docs/records/scale.md: some twenty minutes.
+    Scale(scale::Options),
     /// Measure how fast `rijke watch` is with 175 points and with 7000 records, into target/watch.md: some
     /// fifteen minutes.
     Watch {
@@ -96,7 +96,7 @@ fn run(task: Task) -> Outcome {
         Task::Package => package::run(),
         Task::Python => python::run(),
         Task::Recovery => recovery::run(),
-        Task::Scale => scale::run(),
+        Task::Scale(options) => scale::run(&options),
         Task::Watch { all } => watch::run(all),
         Task::Test { all } => test(all),
         Task::Mutants(options) => mutants::run(&options),
