@@ -63,7 +63,7 @@ pub(crate) fn still_driven(
         return Some(Fault::StillDriven { frequency_hz: omega / TAU, share });
     }
     let mut components = modes.to_vec();
-    components.insert(1, Component { s: C64::new(0.0, omega), kind: Kind::Tone });
+    components.insert(1, Component::new(C64::new(0.0, omega), Kind::Tone));
     let needed = 3.0 * floor(white.channels);
     if glance(decay, &components).is_ok_and(|g| g.energies[1] + g.gain < FAR_BELOW * needed) {
         return None;

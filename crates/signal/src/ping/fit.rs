@@ -5,7 +5,8 @@ use super::backwards::last_decay;
 use super::chirp::Drift;
 use super::diagnosis;
 use super::driven;
-use super::forcing::Envelope;
+use super::fairest;
+use super::forcing::{Change, Envelope};
 use super::options::PingOptions;
 use super::relative::relative;
 use super::resolution::{self, deviation};
@@ -43,13 +44,27 @@ pub struct PingFit {
     /// Variance of the residuals over that of the quiet part: 1 if the model holds.
     pub residual_variance: f64,
     /// How the frequency of the mode drifts during the decay. If that is significant, `ping` and `modes` hold
-    /// the frequency at the start of the window, with the error that the drift leaves; otherwise the
-    /// frequency is that of about one decay time later.
+    /// the frequency at the end of the forcing, with the error that the drift leaves; otherwise the frequency
+    /// is that of about one decay time later.
     pub drift: Drift,
     /// Ljung-Box statistic of the whitened residuals over 20 lags and all channels, as a standard normal
     /// deviate; the colour of the noise is known only as well as the quiet part shows it, which is allowed
     /// for.
     pub whiteness: f64,
+}
+
+impl PingFit {
+    /// The ping with the frequency at the end of the forcing and the error that any drift leaves, found or
+    /// not: a drift below what one record shows moves the frequency by several of the errors that a steady
+    /// one would have.
+    #[must_use]
+    pub fn at_the_end_of_forcing(&self) -> Ping {
+        let mut ping = self.ping.clone();
+        if !self.drift.is_significant() && self.drift.sd.is_finite() {
+            self.drift.remove(&mut ping);
+        }
+        ping
+    }
 }
 
 /// Fewest samples of the quiet part from which the noise is learnt; with fewer, it is learnt from residuals.
@@ -200,6 +215,8 @@ struct Fitted {
     offset: usize,
     /// Rows of `white` that were fitted.
     rows: (usize, usize),
+    /// Where the forcing ended.
+    end: Change,
     guess: C64,
     solution: Solution,
     /// Whether the forcing may have gone on after what was taken for its end.
@@ -232,7 +249,8 @@ fn fit_whitened(
     if white.rows() < safe + need && envelope.regrowth().is_none() {
         return Err(too_short(safe));
     }
-    let (from, rough, subspace) = match start {
+    let order = whitener.order();
+    let (end, rough, subspace) = match start {
         Start::Plateau => {
             if let Some(growth) = envelope.regrowth() {
                 let row = |block: usize| block * envelope.block;
@@ -243,16 +261,18 @@ fn fit_whitened(
             }
             let (components, subspace) = search.first_guess(early(safe))?;
             let rough = search.solve(early(safe), early(safe), components, SEARCHING)?;
-            let from = envelope.decay_start(white, &rough, safe, whitener.order()).unwrap_or(safe);
-            (from, rough, subspace)
+            let lag = (2 * envelope.block).saturating_sub(order);
+            let end = envelope.decay_start(white, &rough, safe);
+            (end.unwrap_or(Change { row: safe - lag - order, lag }), rough, subspace)
         }
         Start::Backwards => {
-            let found = last_decay(&search, white, &envelope, whitener.order());
+            let found = last_decay(&search, white, &envelope);
             let found = found.ok_or_else(|| too_short(white.rows()))?;
             let subspace = found.rough.components[0].s;
-            (found.from, found.rough, subspace)
+            (found.end, found.rough, subspace)
         }
     };
+    let from = end.start(order);
     // The earlier start shows neighbours that had died away by the first one.
     let components = search.more_modes(early(from), &rough.components)?;
     let growth_rate = components[0].s.re;
@@ -275,12 +295,13 @@ fn fit_whitened(
         solution = search.solve(part, early(from), solution.components, SETTLING)?;
     }
     let part = white.slice(from, to);
-    let left = solution.residuals(part, 0.0);
-    let drift =
-        Drift::of(solution.components[0].s, &solution.amplitudes[0], &left, step, solution.variance());
+    if fairest::is_doubtful(&solution, 1.0) || Drift::left_by(&solution, part).is_significant() {
+        let fit = |components| search.solve(part, early(from), components, SETTLING).ok();
+        solution = fairest::fairest(part, 1.0, solution, &fit);
+    }
     let known = (solution.components.as_slice(), solution.amplitudes[0].as_slice());
     // A drift of the frequency leaves what a tone could explain.
-    if !drift.is_significant()
+    if !Drift::left_by(&solution, part).is_significant()
         && let Some(fault) = diagnosis::still_driven(white, &search, &envelope, (from, to), known)
     {
         return Err(fault);
@@ -309,6 +330,7 @@ fn fit_whitened(
         step,
         offset: quiet + whitener.order(),
         rows: (from, to),
+        end,
         guess: subspace,
         doubtful: has_close_neighbour(&solution.components) || envelope.falls_late(channels, step),
         solution,
@@ -369,7 +391,12 @@ impl Fitted {
         let covariance = self.solution.mode_covariance(0);
         let mut ping =
             relative(s, &amplitudes, options.reference, &unwhiten, &log_slopes, &covariance, variance);
-        let drift = Drift::of(s, white_amplitudes, &left, self.step, variance);
+        let drift = Drift::of(&self.solution, self.white(from, to));
+        if self.solution.components[0].chirp.is_some() {
+            drift.put_back(&mut ping);
+        }
+        let since = |rows: usize| rows as f64 * self.step;
+        let drift = drift.counted_from(since(from - self.end.row), since(self.end.lag + 1));
         if drift.is_significant() {
             drift.remove(&mut ping);
         }

@@ -5,6 +5,7 @@ mod backwards;
 mod chirp;
 mod diagnosis;
 mod driven;
+mod fairest;
 mod fit;
 mod forcing;
 mod majority;

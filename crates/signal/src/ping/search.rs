@@ -1,6 +1,7 @@
 //! Which modes a ring-down holds: a first guess by ESPRIT, refined on a decimated copy of its first part,
 //! then whatever tone still stands out of what is left over, one at a time.
 
+use super::fairest;
 use super::options::PingOptions;
 use crate::Fault;
 use crate::dsp::kernels::dot;
@@ -33,8 +34,8 @@ impl Search<'_> {
     pub(crate) fn first_guess(&self, early: White<'_>) -> Result<(Vec<Component>, C64), Fault> {
         let decimated = self.decimated(early);
         let mains = TAU * self.options.mains_hz;
-        let mode = |s: C64| Component { s: C64::new(s.re.min(-0.1), s.im), kind: Kind::Mode };
-        let tone = |&h: &u32| Component { s: C64::new(0.0, mains * f64::from(h)), kind: Kind::Mains(h) };
+        let mode = |s: C64| Component::new(C64::new(s.re.min(-0.1), s.im), Kind::Mode);
+        let tone = |&h: &u32| Component::new(C64::new(0.0, mains * f64::from(h)), Kind::Mains(h));
         let poles = pencil::poles(&decimated)?;
         let guess_of = |is_mode: &dyn Fn(&C64) -> bool| {
             let modes = poles.iter().copied().filter(is_mode).map(mode);
@@ -46,13 +47,15 @@ impl Search<'_> {
         let components = guess_of(&|s| self.may_be_mode(*s))
             .or_else(|fault| guess_of(&|s| self.may_be_mode(*s) || s.re < -LASTS).map_err(|_| fault))?;
         let guess = components[0].s;
-        Ok((self.settled(&decimated, components)?.components, guess))
+        let settled = self.settled(&decimated, components)?;
+        Ok((self.of_the_kind(&decimated, settled).components, guess))
     }
 
     /// The given components and the modes that stand out of what they leave.
     pub(crate) fn more_modes(&self, early: White<'_>, known: &[Component]) -> Result<Vec<Component>, Fault> {
         let decimated = self.decimated(early);
-        let mut solution = self.settled(&decimated, known.to_vec())?;
+        let settled = self.settled(&decimated, known.to_vec())?;
+        let mut solution = self.of_the_kind(&decimated, settled);
         for _ in 0..MOST_ADDED {
             let left = solution.residuals(decimated.white(), 0.0);
             let left = White { samples: &left, ..decimated.white() };
@@ -66,6 +69,15 @@ impl Search<'_> {
             solution = next;
         }
         Ok(solution.components)
+    }
+
+    /// The fit of the right kind: a drift of the frequency is no second mode.
+    fn of_the_kind(&self, decimated: &Decimated, found: Solution) -> Solution {
+        if !fairest::is_doubtful(&found, decimated.variance) {
+            return found;
+        }
+        let fit = |components| self.settled(decimated, components).ok();
+        fairest::fairest(decimated.white(), decimated.variance, found, &fit)
     }
 
     /// Fits `white` by the given components, without the weakest neighbours of the first one if the record
@@ -216,15 +228,19 @@ impl Search<'_> {
             .filter(|&(k, _)| allowed(k as f64 * resolution))
             .max_by(|a, b| a.1.total_cmp(b.1))?;
         let s = C64::new(-alpha, TAU * resolution * bin as f64);
-        (largest > floor(left.channels)).then_some(Component { s, kind: Kind::Mode })
+        (largest > floor(left.channels)).then_some(Component::new(s, Kind::Mode))
     }
 }
 
 /// Whether another mode lies so close to the first that it may stand for a decay that is not one: a stretch
 /// that begins within the forcing.
 pub(crate) fn has_close_neighbour(components: &[Component]) -> bool {
-    let close = |c: &&Component| c.kind == Kind::Mode && (c.s.im - components[0].s.im).abs() < TAU * APART_HZ;
-    components.iter().skip(1).any(|c| close(&c))
+    components.iter().skip(1).any(|c| is_close(c, &components[0]))
+}
+
+/// Whether a component is a mode so close to the first one.
+pub(super) fn is_close(component: &Component, first: &Component) -> bool {
+    component.kind == Kind::Mode && (component.s.im - first.s.im).abs() < TAU * APART_HZ
 }
 
 /// Number of modes; they come before the harmonics of the mains.
