@@ -114,12 +114,14 @@ fn look(search: &Search<'_>, window: White<'_>) -> Seen {
     let Ok((components, _)) = search.first_guess(window) else { return Seen::Nothing };
     let Ok(solution) = search.solve(window, window, components, SEARCHING) else { return Seen::Other };
     let left = solution.residuals(window, 0.0);
+    let left = search.ringing.taken_out(White { samples: &left, ..window });
     let residue = Residue {
         samples: &left,
         channels: window.channels,
         step: window.step,
         begin: 0.0,
         mode_hz: solution.components[0].s.im / std::f64::consts::TAU,
+        narrow: search.ringing.is_some(),
     };
     if residue.check(search.options.mains_hz).is_err() {
         return Seen::Other;

@@ -4,8 +4,8 @@
 //! chi is the maximum of the likelihood in s and b, so one Gauss-Newton step in chi alone tells it: what is
 //! left of the derivative i b_m t^2 / 2 after the derivatives in b (1) and s (t) are projected out is i b_m q
 //! / 2, q = t^2 - a t - c, with a and c of the weighted least squares under e^{2 sigma t}. Terms at twice the
-//! frequency are left out, an error of about |sigma|/omega, and so are the neighbours. A drift that is seen so
-//! is fitted, with all else, as a free number of the mode. For an endless record
+//! frequency are left out, an error of about |sigma|/omega, and so are the neighbours. A drift that is seen
+//! so is fitted, with all else, as a free number of the mode. For an endless record
 //! a/2 is one decay time: the fit without chi has found the frequency of that moment.
 
 use crate::dsp::kernels::Powers;
@@ -42,26 +42,25 @@ impl Drift {
         }
     }
 
+    /// Weights of the rows of a fit in its drift: times xi/b, where the amplitude is b e^{st} + xi e^{i omega
+    /// t}.
+    pub(crate) fn weights(decay: f64, rows: usize, step: f64) -> Vec<f64> {
+        let ([a, c], spread) = curve(decay, rows, step);
+        let weight = |n: usize| {
+            let t = n as f64 * step;
+            2.0 * (t * t - a * t - c) * (-decay * t).exp() / spread
+        };
+        (0..rows).map(weight).collect()
+    }
+
     /// The drift of the first mode that the residuals of a fit of `white` show, beyond the one it has.
     pub(crate) fn left_by(found: &Solution, white: White<'_>) -> Self {
         let (s, amplitudes, variance) = (found.components[0].s, &found.amplitudes[0], found.variance());
         let (left, step) = (found.residuals(white, 0.0), white.step);
         let rows = left.len() / amplitudes.len().max(1);
-        let mut moments = [0.0; 5];
-        let (shrink, mut weight) = ((2.0 * s.re * step).exp(), 1.0);
-        for n in 0..rows {
-            let (t, mut term) = (n as f64 * step, weight);
-            for moment in &mut moments {
-                *moment += term;
-                term *= t;
-            }
-            weight *= shrink;
-        }
-        let [m0, m1, m2, m3, m4] = moments;
-        let determinant = m2 * m0 - m1 * m1;
-        let (a, c) = ((m3 * m0 - m2 * m1) / determinant, (m2 * m2 - m1 * m3) / determinant);
+        let ([a, c], spread) = curve(-s.re, rows, step);
         let strength: f64 = amplitudes.iter().map(C64::norm_sqr).sum();
-        let information = 0.125 * strength * (m4 - a * m3 - c * m2);
+        let information = 0.125 * strength * spread;
         let phasors = Powers::new((s * step).exp(), rows);
         let mut score = 0.0;
         for (n, row) in left.chunks_exact(amplitudes.len()).enumerate() {
@@ -75,6 +74,11 @@ impl Drift {
         }
         let sd = (variance / information).sqrt();
         Self { rate: score / information, sd, moment: 0.5 * a, unsure: 0.0 }.or_none()
+    }
+
+    /// The same for another variance of the noise than that of the fit.
+    pub(crate) fn with_variance(self, found: &Solution, variance: f64) -> Self {
+        Self { sd: self.sd * (variance / found.variance()).sqrt(), ..self }
     }
 
     /// The same, its moment counted from a time `since` before the start of the window, known to `unsure`, s.
@@ -97,16 +101,21 @@ impl Drift {
         self.rate.abs() > SIGNIFICANT * self.sd
     }
 
+    /// Variance that it leaves in the frequency at the end of the forcing.
+    pub(crate) fn variance(&self) -> f64 {
+        (self.sd * self.moment).powi(2) + (self.rate * self.unsure).powi(2)
+    }
+
     /// Turns the frequency of a fit without drift into that at the end of the forcing.
     pub(crate) fn remove(&self, ping: &mut Ping) {
         ping.s.im -= self.rate * self.moment;
-        ping.covariance[(1, 1)] += (self.sd * self.moment).powi(2) + (self.rate * self.unsure).powi(2);
+        ping.covariance[(1, 1)] += self.variance();
     }
 
     /// The reverse of [`Self::remove`].
     pub(crate) fn put_back(&self, ping: &mut Ping) {
         ping.s.im += self.rate * self.moment;
-        ping.covariance[(1, 1)] -= (self.sd * self.moment).powi(2) + (self.rate * self.unsure).powi(2);
+        ping.covariance[(1, 1)] -= self.variance();
     }
 
     /// The drift that several decays have in common.
@@ -121,4 +130,23 @@ impl Drift {
             Self::unknown()
         }
     }
+}
+
+/// The numbers a and c of q = t^2 - a t - c, at right angles to 1 and t under e^{-2 decay t}, and the sum of
+/// its squares under it.
+fn curve(decay: f64, rows: usize, step: f64) -> ([f64; 2], f64) {
+    let mut moments = [0.0; 5];
+    let (shrink, mut weight) = ((-2.0 * decay * step).exp(), 1.0);
+    for n in 0..rows {
+        let (t, mut term) = (n as f64 * step, weight);
+        for moment in &mut moments {
+            *moment += term;
+            term *= t;
+        }
+        weight *= shrink;
+    }
+    let [m0, m1, m2, m3, m4] = moments;
+    let determinant = m2 * m0 - m1 * m1;
+    let (a, c) = ((m3 * m0 - m2 * m1) / determinant, (m2 * m2 - m1 * m3) / determinant);
+    ([a, c], m4 - a * m3 - c * m2)
 }

@@ -5,6 +5,7 @@
 //! counts, each free number at a price of half the logarithm of the number of samples (Schwarz, Ann. Statist.
 //! 6 (1978) 461).
 
+use super::ringing::Ringing;
 use super::search::{has_close_neighbour, is_close};
 use crate::ringdown::{Component, Solution, White};
 
@@ -18,11 +19,11 @@ pub(super) fn is_doubtful(found: &Solution, noise: f64) -> bool {
     has_close_neighbour(&found.components) || found.variance() > (1.0 + excess) * noise
 }
 
-/// The fairest fit of `white`, whose noise has the given variance: `found`, or one that `fit` makes of other
-/// components.
+/// The fairest fit of `white`, whose noise has the given variance and may ring the mode: `found`, or one
+/// that `fit` makes of other components.
 pub(super) fn fairest(
     white: White<'_>,
-    noise: f64,
+    (noise, ringing): (f64, Ringing),
     found: Solution,
     fit: &dyn Fn(Vec<Component>) -> Option<Solution>,
 ) -> Solution {
@@ -50,7 +51,12 @@ pub(super) fn fairest(
     let others: Vec<Solution> = tried.into_iter().filter_map(fit).collect();
     let least = others.iter().map(Solution::variance).fold(found.variance(), f64::min).max(noise);
     let samples = (white.samples.len().max(2) as f64).ln();
-    let cost = |s: &Solution| s.residual / least + samples * s.numbers() as f64;
+    let chance = ringing.close_energy(white.step);
+    let cost = |s: &Solution| {
+        let close = s.components.iter().skip(1).filter(|c| is_close(c, &s.components[0])).count() as f64;
+        let bent = if s.components[0].chirp.is_some() { 0.5 } else { 0.0 };
+        (s.residual + chance * (close + bent)) / least + samples * s.numbers() as f64
+    };
     others.into_iter().fold(found, |best, next| if cost(&next) < cost(&best) { next } else { best })
 }
 

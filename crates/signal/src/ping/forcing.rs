@@ -1,6 +1,7 @@
 //! Where the forcing ends and the free decay begins, found from the record itself: for a record that holds a
 //! plateau. For others see [`super::backwards`].
 
+use super::ringing::{CHANCE, Ringing};
 use crate::Fault;
 use crate::dsp::transform;
 use crate::ringdown::{Component, Kind, SETTLING, Solution, White, solve};
@@ -38,6 +39,8 @@ pub(crate) struct Envelope {
     pub(crate) block: usize,
     /// Energy of the tone in each block, all white channels together.
     energy: Vec<f64>,
+    /// Mean energy in a block of noise that rings the mode.
+    narrow: f64,
 }
 
 /// An amplitude that grows where it should decay.
@@ -93,18 +96,34 @@ impl Envelope {
             }
             energy.push(sums.iter().map(|z| z.norm_sqr()).sum());
         }
-        Ok(Self { omega, block, energy })
+        Ok(Self { omega, block, energy, narrow: 0.0 })
     }
 
     /// First and last block of the forced plateau, whose energy stays above [`PLATEAU`] of the largest, but
     /// for noise. The energy E of a block of n samples has the standard deviation sqrt(2 n E).
     pub(super) fn plateau(&self) -> (usize, usize) {
         let top = self.top();
-        let noise = NOISE * (2.0 * self.block as f64 * top).sqrt();
+        let noise = NOISE * ((2.0 * self.block as f64 + 2.0 * self.narrow) * top).sqrt();
         let top = (PLATEAU * (top - noise) - noise).max(LEAST * top);
         let last = self.energy.iter().rposition(|&e| e >= top).unwrap_or(0);
         let first = self.energy[..last].iter().rposition(|&e| e < top).map_or(0, |j| j + 1);
         (first, last)
+    }
+
+    /// What the mode does, as far as the envelope tells, in noise that gives it the amplitude squared
+    /// `power`; blocks are judged accordingly.
+    pub(crate) fn ringing(&mut self, power: f64, step: f64) -> Ringing {
+        self.narrow = 0.25 * power * (self.block as f64).powi(2);
+        let (top, last) = (self.top(), self.plateau().1);
+        let fallen = self.energy[last..].iter().position(|&e| e < (-2.0_f64).exp() * top);
+        let blocks = fallen.unwrap_or(self.energy.len() - last).max(1);
+        Ringing { power, s: C64::new(-1.0 / ((blocks * self.block) as f64 * step), self.omega) }
+    }
+
+    /// By how much noise that rings the mode may raise a block of the given energy.
+    fn by_chance(&self, energy: f64) -> f64 {
+        let most = CHANCE * self.narrow;
+        2.0 * (most * energy).sqrt() + most
     }
 
     fn top(&self) -> f64 {
@@ -129,7 +148,7 @@ impl Envelope {
                 // Until the amplitude has fallen, every block begins anew.
                 least = j;
                 highest = e.max(highest);
-            } else if e > 1.2 * lowest + 0.02 * highest {
+            } else if e > 1.2 * lowest + 0.02 * highest + self.by_chance(lowest) {
                 // The block of largest energy says best what has grown.
                 found = found.filter(|&k| self.energy[k] >= e).or(Some(j));
             }

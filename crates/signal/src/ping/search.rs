@@ -3,6 +3,7 @@
 
 use super::fairest;
 use super::options::PingOptions;
+use super::ringing::Ringing;
 use crate::Fault;
 use crate::dsp::kernels::dot;
 use crate::dsp::transform;
@@ -18,6 +19,8 @@ pub(crate) struct Search<'a> {
     pub(crate) options: &'a PingOptions,
     /// Harmonics of the mains that the record holds.
     pub(crate) harmonics: &'a [u32],
+    /// Noise that rings the mode.
+    pub(crate) ringing: Ringing,
 }
 
 /// Decay rate up to which a tone at a harmonic of the mains is hum, 1/s.
@@ -63,7 +66,8 @@ impl Search<'_> {
             let mut more = solution.components.clone();
             more.insert(modes(&more), found);
             let next = self.settled(&decimated, more)?;
-            if solution.residual - next.residual < floor(left.channels) * decimated.variance {
+            let chance = self.ringing.energy(found.s.im, left.step);
+            if solution.residual - next.residual < floor(left.channels) * decimated.variance + chance {
                 break;
             }
             solution = next;
@@ -73,11 +77,13 @@ impl Search<'_> {
 
     /// The fit of the right kind: a drift of the frequency is no second mode.
     fn of_the_kind(&self, decimated: &Decimated, found: Solution) -> Solution {
-        if !fairest::is_doubtful(&found, decimated.variance) {
+        let white = decimated.white();
+        let noise = self.ringing.added_to(decimated.variance, white.channels);
+        if !fairest::is_doubtful(&found, noise) {
             return found;
         }
         let fit = |components| self.settled(decimated, components).ok();
-        fairest::fairest(decimated.white(), decimated.variance, found, &fit)
+        fairest::fairest(white, (noise, self.ringing), found, &fit)
     }
 
     /// Fits `white` by the given components, without the weakest neighbours of the first one if the record
@@ -93,6 +99,10 @@ impl Search<'_> {
             let count = modes(&components);
             components = self.grounded(components);
             match solve(white, &components, close) {
+                // Without a drift, where none is found.
+                Err(Fault::Singular(_) | Fault::NotConverged { .. }) if components[0].chirp.is_some() => {
+                    components[0].chirp = None;
+                }
                 Err(Fault::Singular(_) | Fault::NotConverged { .. }) if count > 1 => {
                     components.remove(weakest(self.decimated(early).white(), &components));
                 }
@@ -175,8 +185,12 @@ impl Search<'_> {
         let in_band = |s: C64| (self.options.band_hz.0..=self.options.band_hz.1).contains(&(s.im / TAU));
         loop {
             let count = modes(components);
-            match (0..count).min_by(|&a, &b| strength[a].total_cmp(&strength[b])) {
-                Some(k) if strength[k] < floor * decimated.variance => {
+            let step = decimated.white().step;
+            let needed =
+                |k: usize| floor * decimated.variance + self.ringing.energy(components[k].s.im, step);
+            match (0..count).min_by(|&a, &b| (strength[a] / needed(a)).total_cmp(&(strength[b] / needed(b))))
+            {
+                Some(k) if strength[k] < needed(k) => {
                     components.remove(k);
                     strength = energies(decimated.white(), components)?;
                 }
@@ -228,7 +242,8 @@ impl Search<'_> {
             .filter(|&(k, _)| allowed(k as f64 * resolution))
             .max_by(|a, b| a.1.total_cmp(b.1))?;
         let s = C64::new(-alpha, TAU * resolution * bin as f64);
-        (largest > floor(left.channels)).then_some(Component::new(s, Kind::Mode))
+        let chance = self.ringing.energy(s.im, left.step) / variance;
+        (largest > floor(left.channels) + chance).then_some(Component::new(s, Kind::Mode))
     }
 }
 
