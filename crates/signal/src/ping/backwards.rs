@@ -7,8 +7,9 @@
 //! before must be one: a steady tone together with the same modes, from soon after it begins. Otherwise the
 //! record holds more than one excitation.
 
+use super::fairest::has_close_neighbour;
 use super::forcing::{Change, Envelope, FORCED, change, forced, strongest};
-use super::search::{Search, has_close_neighbour};
+use super::search::Search;
 use super::verdict::Residue;
 use crate::ringdown::{Kind, SEARCHING, Solution, White};
 

@@ -6,9 +6,12 @@
 //! 6 (1978) 461).
 
 use super::ringing::Ringing;
-use super::search::{has_close_neighbour, is_close};
-use crate::ringdown::{Component, Solution, White};
+use crate::ringdown::{Component, Kind, Solution, White};
+use std::f64::consts::TAU;
 
+/// Distance from every known component, Hz, at which a further tone is sought: nearer ones are what the first
+/// guess is for.
+pub(super) const APART_HZ: f64 = 12.0;
 /// Standard deviations of the residual variance beyond which something is left to explain.
 const LEFT: f64 = 4.0;
 
@@ -75,4 +78,15 @@ fn merged(found: &Solution, mut components: Vec<Component>) -> Vec<Component> {
         components[0].s = sum / weight;
     }
     components
+}
+
+/// Whether another mode lies so close to the first that it may stand for a decay that is not one: a stretch
+/// that begins within the forcing.
+pub(crate) fn has_close_neighbour(components: &[Component]) -> bool {
+    components.iter().skip(1).any(|c| is_close(c, &components[0]))
+}
+
+/// Whether a component is a mode so close to the first one.
+pub(super) fn is_close(component: &Component, first: &Component) -> bool {
+    component.kind == Kind::Mode && (component.s.im - first.s.im).abs() < TAU * APART_HZ
 }

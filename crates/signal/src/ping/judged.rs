@@ -2,8 +2,8 @@
 
 use super::alike::Decay;
 use super::chirp::Drift;
-use super::fit::PingFit;
 use super::forcing::Change;
+use super::found::PingFit;
 use super::options::PingOptions;
 use super::relative::relative;
 use super::ringing::{self, Ringing};

@@ -8,6 +8,7 @@ mod driven;
 mod fairest;
 mod fit;
 mod forcing;
+mod found;
 mod judged;
 mod majority;
 mod options;
@@ -21,7 +22,8 @@ mod silence;
 mod verdict;
 
 pub use chirp::Drift;
-pub use fit::{PingFit, fit_ping};
+pub use fit::fit_ping;
+pub use found::PingFit;
 pub use majority::{MajorityFit, fit_majority};
 pub use options::PingOptions;
 pub use picture::PingPicture;

@@ -1,7 +1,7 @@
 //! Which modes a ring-down holds: a first guess by ESPRIT, refined on a decimated copy of its first part,
 //! then whatever tone still stands out of what is left over, one at a time.
 
-use super::fairest;
+use super::fairest::{self, APART_HZ};
 use super::options::PingOptions;
 use super::ringing::Ringing;
 use crate::Fault;
@@ -27,9 +27,6 @@ pub(crate) struct Search<'a> {
 const LASTS: f64 = 1.0;
 /// Most modes added after the first guess.
 const MOST_ADDED: usize = 6;
-/// Distance from every known component, Hz, at which a further tone is sought: nearer ones are what the first
-/// guess is for.
-const APART_HZ: f64 = 12.0;
 
 impl Search<'_> {
     /// The modes that ESPRIT sees, the strongest in the band first, then the mains; and the first of them as
@@ -245,17 +242,6 @@ impl Search<'_> {
         let chance = self.ringing.energy(s.im, left.step) / variance;
         (largest > floor(left.channels) + chance).then_some(Component::new(s, Kind::Mode))
     }
-}
-
-/// Whether another mode lies so close to the first that it may stand for a decay that is not one: a stretch
-/// that begins within the forcing.
-pub(crate) fn has_close_neighbour(components: &[Component]) -> bool {
-    components.iter().skip(1).any(|c| is_close(c, &components[0]))
-}
-
-/// Whether a component is a mode so close to the first one.
-pub(super) fn is_close(component: &Component, first: &Component) -> bool {
-    component.kind == Kind::Mode && (component.s.im - first.s.im).abs() < TAU * APART_HZ
 }
 
 /// Number of modes; they come before the harmonics of the mains.
