@@ -166,7 +166,7 @@ fn fitted(data: &Decimated, options: &BlowOptions) -> Result<Vec<Option<BlowMode
     let is_mode = |s: &C64| s.re < 0.0 && s.re > -0.5 * s.im && s.im < TAU * options.highest_hz;
     let list = poles(data)?;
     let mut components: Vec<Component> =
-        list.into_iter().filter(is_mode).map(|s| Component { s, kind: Kind::Mode }).collect();
+        list.into_iter().filter(is_mode).map(|s| Component::new(s, Kind::Mode)).collect();
     let solution: Solution = loop {
         let fault = match solve(data.white(), &components, SETTLING) {
             Ok(solution) => match solution.components.iter().position(|c| !is_mode(&c.s)) {

@@ -2,6 +2,7 @@
 
 mod calibration;
 mod contradictions;
+mod drifts;
 mod fitted;
 mod gains;
 mod kept;

@@ -3,6 +3,7 @@
 
 use super::calibration::{Calibrated, calibrate};
 use super::contradictions::contradictions;
+use super::drifts::learnt;
 use super::fitted::{Fitted, PingOfRecord, rejection};
 use super::gains::{OfPoint, wandering};
 use super::kept::Kept;
@@ -130,6 +131,7 @@ pub fn process_again(
     let calibration_clicks = rejections.len();
     let microphones = set.rig.microphones.positions.len();
     let numbers = set.acquisition.numbers(microphones);
+    let drifts = drifts_of(&jobs, &fitted, set.points.len());
     // Fits are given up as their means are made: those of a whole campaign are not held twice.
     let mut fitted = jobs.iter().zip(fitted).peekable();
     let (mut gathered, mut corrections) = (Vec::with_capacity(set.points.len()), Vec::new());
@@ -180,12 +182,15 @@ pub fn process_again(
         }
         let among = |p: PingOfRecord| (p.repeat, p.ping.among(&p.live, microphones).only(&live), p.drift);
         let pings = pings.into_iter().map(among).collect();
-        let (mut pings, drift) = common_drift(pings);
-        notes.extend(drift.as_ref().map(|drift| drift_in_words(&records.point.id, drift, &pings)));
+        let (own, drift) = &drifts[k];
+        let mut pings = without_drift(pings, drift);
+        if own.is_significant() {
+            notes.push(drift_in_words(&records.point.id, drift, &pings));
+        }
         corrections.extend(turn_inverted(&mut pings, &records.pings, &named));
         let ping_repeats = combine_pings(&mut pings, &records.pings, &named, &mut rejections);
         let click_repeats = combine_clicks(&mut clicks, &records.clicks, &numbers, &mut rejections);
-        gathered.push(Gathered { pings, live, clicks, ping_repeats, click_repeats, drift });
+        gathered.push(Gathered { pings, live, clicks, ping_repeats, click_repeats, drift: *drift });
     }
     notes.extend(in_words(&all_left_out, set.points.iter().map(|p| p.pings.len()).sum()));
     let hum = hum_in_words(&hums, options.ping.mains_hz);
@@ -210,10 +215,16 @@ pub fn process_again(
     let shapes = ping_delays.is_some();
     for (gathered, records) in gathered.into_iter().zip(&set.points) {
         let Gathered { pings, live, clicks, mut ping_repeats, click_repeats, drift } = gathered;
-        if let (Some(repeats), Some(drift)) = (&mut ping_repeats, &drift) {
-            // The error of the drift is common to all repeats.
-            repeats.covariance[(1, 1)] += (drift.sd * drift.moment).powi(2);
+        // The error of the drift is common to all repeats.
+        let of_drift = if drift.sd.is_finite() { drift.variance() } else { 0.0 };
+        if let Some(repeats) = &mut ping_repeats {
+            repeats.covariance[(1, 1)] += of_drift;
         }
+        let drifting = |ping: &Ping| {
+            let mut ping = ping.clone();
+            ping.covariance[(1, 1)] += of_drift;
+            ping
+        };
         let of_the_live = ping_delays.as_ref().filter(|_| !live.is_empty()).map(|delays| delays.only(&live));
         let corrected = |ping: &Ping| match &of_the_live {
             Some(delays) => delays.correct(ping, false).among(&live, microphones),
@@ -238,7 +249,7 @@ pub fn process_again(
             ping_count: pings.len() as u32,
             click: mean_click,
             click_count: clicks.len() as u32,
-            pings: pings.iter().map(|(n, p)| (*n as u32, corrected(p))).collect(),
+            pings: pings.iter().map(|(n, p)| (*n as u32, corrected(&drifting(p)))).collect(),
             clicks: match &shared {
                 Some(shared) => clicks
                     .into_iter()
@@ -297,8 +308,8 @@ struct Gathered {
     clicks: Vec<(usize, Click)>,
     ping_repeats: Option<Repeats>,
     click_repeats: Option<Repeats>,
-    /// The drift that was taken out of all pings.
-    drift: Option<Drift>,
+    /// The drift that was taken out of all pings; of infinite error if none was.
+    drift: Drift,
 }
 
 /// Fits a ping whose channels are the `live` microphones.
@@ -333,13 +344,25 @@ fn alone(ping: &Ping) -> Ping {
     Ping { s: ping.s, pressures: vec![1.0.into()], reference: 0, covariance: ping.covariance.select(&[0, 1]) }
 }
 
-/// The pings of one point, and the drift of their frequency that was taken out of all of them. Single pings
-/// may hold a drift that none of them shows beyond its noise.
-fn common_drift(pings: Vec<(usize, Ping, Drift)>) -> (Vec<(usize, Ping)>, Option<Drift>) {
-    let drifts: Vec<Drift> = pings.iter().map(|p| p.2).collect();
-    let common = Some(Drift::common(&drifts)).filter(Drift::is_significant);
+/// For each point the drift that its pings have in common, by themselves, and with what all points teach.
+fn drifts_of(jobs: &[(usize, usize, bool)], fitted: &[Fitted], points: usize) -> Vec<(Drift, Drift)> {
+    let mut found: Vec<(Vec<Drift>, f64)> = vec![(Vec::new(), 0.0); points];
+    for ((point, _, _), fit) in jobs.iter().zip(fitted) {
+        if let Fitted::Ping(Ok(ping), _) = fit {
+            found[*point].0.push(ping.drift);
+            found[*point].1 = ping.ping.s.im;
+        }
+    }
+    let common: Vec<(Drift, f64)> = found.iter().map(|(d, omega)| (Drift::common(d), *omega)).collect();
+    common.iter().map(|c| c.0).zip(learnt(&common)).collect()
+}
+
+/// The pings of one point with their frequencies at the end of the forcing, by the drift that they have in
+/// common, whose error is still to be added: single pings may hold a drift that none of them shows beyond its
+/// noise.
+fn without_drift(pings: Vec<(usize, Ping, Drift)>, common: &Drift) -> Vec<(usize, Ping)> {
     let clear = |(repeat, mut ping, own): (usize, Ping, Drift)| {
-        if let Some(common) = &common {
+        if common.sd.is_finite() {
             if own.is_significant() {
                 own.put_back(&mut ping);
             }
@@ -347,7 +370,7 @@ fn common_drift(pings: Vec<(usize, Ping, Drift)>) -> (Vec<(usize, Ping)>, Option
         }
         (repeat, ping)
     };
-    (pings.into_iter().map(clear).collect(), common)
+    pings.into_iter().map(clear).collect()
 }
 
 fn drift_in_words(point: &str, drift: &Drift, pings: &[(usize, Ping)]) -> String {

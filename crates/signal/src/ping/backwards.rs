@@ -7,8 +7,9 @@
 //! before must be one: a steady tone together with the same modes, from soon after it begins. Otherwise the
 //! record holds more than one excitation.
 
-use super::forcing::{Envelope, FORCED, change, forced, strongest};
-use super::search::{Search, has_close_neighbour};
+use super::fairest::has_close_neighbour;
+use super::forcing::{Change, Envelope, FORCED, change, forced, strongest};
+use super::search::Search;
 use super::verdict::Residue;
 use crate::ringdown::{Kind, SEARCHING, Solution, White};
 
@@ -38,8 +39,8 @@ const SHARE: f64 = 0.2;
 
 /// The end of forcing.
 pub(crate) struct LastDecay {
-    /// First row that certainly belongs to the decay.
-    pub(crate) from: usize,
+    /// Where the forcing ended; the record may begin with the decay.
+    pub(crate) end: Change,
     /// A fit of its beginning.
     pub(crate) rough: Solution,
 }
@@ -52,14 +53,8 @@ enum Seen {
     Nothing,
 }
 
-/// The last free decay of `white`, whose first `order` rows after any sample depend on samples before it.
-/// None if there is no decay at the end, or more than one excitation before.
-pub(crate) fn last_decay(
-    search: &Search<'_>,
-    white: White<'_>,
-    envelope: &Envelope,
-    order: usize,
-) -> Option<LastDecay> {
+/// The last free decay of `white`. None if there is no decay at the end, or more than one excitation before.
+pub(crate) fn last_decay(search: &Search<'_>, white: White<'_>, envelope: &Envelope) -> Option<LastDecay> {
     let rows = |seconds: f64| (seconds / white.step) as usize;
     let block = envelope.block;
     let stride = rows(STRIDE).max(2 * block);
@@ -100,32 +95,34 @@ pub(crate) fn last_decay(
     let (from, rough) = decays.pop()?;
     if from <= onset + stride {
         // The record begins with the decay.
-        return Some(LastDecay { from: from + order, rough });
+        return Some(LastDecay { end: Change { row: from, lag: 0 }, rough });
     }
     // A few samples of forcing may hide in the earliest window: the one after it is free of them.
     let (safe, free) = decays.pop().unwrap_or((from, rough));
     let end = from - stride;
     let begin = (onset + 3 * block).max(end.saturating_sub(rows(FORCED)));
     if end < begin + 8 * block {
-        return Some(LastDecay { from: safe, rough: free });
+        return Some(LastDecay { end: Change { row: end, lag: safe - end }, rough: free });
     }
     let stretch = white.slice(begin, end);
     let tone = forced(stretch, strongest(stretch, search.options.band_hz)?, Kind::Mode, &free)?;
     let whole = onset + 3 * block.max(1) + rows(BEGINNING).min((SHARE * (end - onset) as f64) as usize);
     one_forcing(white.slice(whole.min(begin), end), tone.components[0].s.im, &free)?;
-    Some(LastDecay { from: change(white, (&tone, begin), (&free, safe), end) + order, rough: free })
+    Some(LastDecay { end: change(white, (&tone, begin), (&free, safe), end), rough: free })
 }
 
 fn look(search: &Search<'_>, window: White<'_>) -> Seen {
     let Ok((components, _)) = search.first_guess(window) else { return Seen::Nothing };
     let Ok(solution) = search.solve(window, window, components, SEARCHING) else { return Seen::Other };
     let left = solution.residuals(window, 0.0);
+    let left = search.ringing.taken_out(White { samples: &left, ..window });
     let residue = Residue {
         samples: &left,
         channels: window.channels,
         step: window.step,
         begin: 0.0,
         mode_hz: solution.components[0].s.im / std::f64::consts::TAU,
+        narrow: search.ringing.is_some(),
     };
     if residue.check(search.options.mains_hz).is_err() {
         return Seen::Other;

@@ -4,10 +4,12 @@
 //! chi is the maximum of the likelihood in s and b, so one Gauss-Newton step in chi alone tells it: what is
 //! left of the derivative i b_m t^2 / 2 after the derivatives in b (1) and s (t) are projected out is i b_m q
 //! / 2, q = t^2 - a t - c, with a and c of the weighted least squares under e^{2 sigma t}. Terms at twice the
-//! frequency are left out, an error of about |sigma|/omega, and so are the neighbours. For an endless record
+//! frequency are left out, an error of about |sigma|/omega, and so are the neighbours. A drift that is seen
+//! so is fitted, with all else, as a free number of the mode. For an endless record
 //! a/2 is one decay time: the fit without chi has found the frequency of that moment.
 
 use crate::dsp::kernels::Powers;
+use crate::ringdown::{Solution, White};
 use rijke_numerics::C64;
 use rijke_rig::Ping;
 
@@ -19,32 +21,46 @@ pub struct Drift {
     pub rate: f64,
     /// Its standard deviation.
     pub sd: f64,
-    /// The moment whose frequency a fit without drift finds, s after the start of the window.
+    /// The moment whose frequency a fit without drift finds, s after the end of the forcing.
     pub moment: f64,
+    /// How well that end is known, s.
+    pub unsure: f64,
 }
 
 /// Standard deviations beyond which a drift is taken as real: noise feigns it in one ping of 16 000.
 const SIGNIFICANT: f64 = 4.0;
 
 impl Drift {
-    /// The drift of a mode s with white amplitudes `amplitudes`, from the residuals of its fit.
-    pub(crate) fn of(s: C64, amplitudes: &[C64], left: &[f64], step: f64, variance: f64) -> Self {
-        let rows = left.len() / amplitudes.len().max(1);
-        let mut moments = [0.0; 5];
-        let (shrink, mut weight) = ((2.0 * s.re * step).exp(), 1.0);
-        for n in 0..rows {
-            let (t, mut term) = (n as f64 * step, weight);
-            for moment in &mut moments {
-                *moment += term;
-                term *= t;
+    /// The drift that a fit of `white` has found, or, if it was not looked for, that its residuals show.
+    pub(crate) fn of(found: &Solution, white: White<'_>) -> Self {
+        match (found.components[0].chirp, found.chirp_covariance()) {
+            (Some(rate), Some([own, mixed])) => {
+                let sd = (found.variance() * own).sqrt();
+                Self { rate, sd, moment: -mixed / own, unsure: 0.0 }.or_none()
             }
-            weight *= shrink;
+            _ => Self::left_by(found, white),
         }
-        let [m0, m1, m2, m3, m4] = moments;
-        let determinant = m2 * m0 - m1 * m1;
-        let (a, c) = ((m3 * m0 - m2 * m1) / determinant, (m2 * m2 - m1 * m3) / determinant);
+    }
+
+    /// Weights of the rows of a fit in its drift: times xi/b, where the amplitude is b e^{st} + xi e^{i omega
+    /// t}.
+    pub(crate) fn weights(decay: f64, rows: usize, step: f64) -> Vec<f64> {
+        let ([a, c], spread) = curve(decay, rows, step);
+        let weight = |n: usize| {
+            let t = n as f64 * step;
+            2.0 * (t * t - a * t - c) * (-decay * t).exp() / spread
+        };
+        (0..rows).map(weight).collect()
+    }
+
+    /// The drift of the first mode that the residuals of a fit of `white` show, beyond the one it has.
+    pub(crate) fn left_by(found: &Solution, white: White<'_>) -> Self {
+        let (s, amplitudes, variance) = (found.components[0].s, &found.amplitudes[0], found.variance());
+        let (left, step) = (found.residuals(white, 0.0), white.step);
+        let rows = left.len() / amplitudes.len().max(1);
+        let ([a, c], spread) = curve(-s.re, rows, step);
         let strength: f64 = amplitudes.iter().map(C64::norm_sqr).sum();
-        let information = 0.125 * strength * (m4 - a * m3 - c * m2);
+        let information = 0.125 * strength * spread;
         let phasors = Powers::new((s * step).exp(), rows);
         let mut score = 0.0;
         for (n, row) in left.chunks_exact(amplitudes.len()).enumerate() {
@@ -56,9 +72,27 @@ impl Drift {
             let t = n as f64 * step;
             score -= 0.5 * (t * t - a * t - c) * (re * phasors.im[n] + im * phasors.re[n]);
         }
-        let drift = Self { rate: score / information, sd: (variance / information).sqrt(), moment: 0.5 * a };
-        let finite = drift.rate.is_finite() && drift.sd.is_finite() && drift.moment.is_finite();
-        if finite { drift } else { Self { rate: 0.0, sd: f64::INFINITY, moment: 0.0 } }
+        let sd = (variance / information).sqrt();
+        Self { rate: score / information, sd, moment: 0.5 * a, unsure: 0.0 }.or_none()
+    }
+
+    /// The same for another variance of the noise than that of the fit.
+    pub(crate) fn with_variance(self, found: &Solution, variance: f64) -> Self {
+        Self { sd: self.sd * (variance / found.variance()).sqrt(), ..self }
+    }
+
+    /// The same, its moment counted from a time `since` before the start of the window, known to `unsure`, s.
+    pub(crate) fn counted_from(self, since: f64, unsure: f64) -> Self {
+        Self { moment: self.moment + since, unsure, ..self }
+    }
+
+    fn unknown() -> Self {
+        Self { rate: 0.0, sd: f64::INFINITY, moment: 0.0, unsure: 0.0 }
+    }
+
+    fn or_none(self) -> Self {
+        let finite = self.rate.is_finite() && self.sd.is_finite() && self.moment.is_finite();
+        if finite { self } else { Self::unknown() }
     }
 
     /// Whether it is more than noise.
@@ -67,16 +101,21 @@ impl Drift {
         self.rate.abs() > SIGNIFICANT * self.sd
     }
 
-    /// Turns the frequency of a fit without drift into that at the start of the window.
+    /// Variance that it leaves in the frequency at the end of the forcing.
+    pub(crate) fn variance(&self) -> f64 {
+        (self.sd * self.moment).powi(2) + (self.rate * self.unsure).powi(2)
+    }
+
+    /// Turns the frequency of a fit without drift into that at the end of the forcing.
     pub(crate) fn remove(&self, ping: &mut Ping) {
         ping.s.im -= self.rate * self.moment;
-        ping.covariance[(1, 1)] += (self.sd * self.moment).powi(2);
+        ping.covariance[(1, 1)] += self.variance();
     }
 
     /// The reverse of [`Self::remove`].
     pub(crate) fn put_back(&self, ping: &mut Ping) {
         ping.s.im += self.rate * self.moment;
-        ping.covariance[(1, 1)] -= (self.sd * self.moment).powi(2);
+        ping.covariance[(1, 1)] -= self.variance();
     }
 
     /// The drift that several decays have in common.
@@ -85,9 +124,29 @@ impl Drift {
         let total: f64 = drifts.iter().map(weight).sum();
         let mean = |value: fn(&Self) -> f64| drifts.iter().map(|d| weight(d) * value(d)).sum::<f64>() / total;
         if total > 0.0 {
-            Self { rate: mean(|d| d.rate), sd: total.sqrt().recip(), moment: mean(|d| d.moment) }
+            let (moment, unsure) = (mean(|d| d.moment), mean(|d| d.unsure));
+            Self { rate: mean(|d| d.rate), sd: total.sqrt().recip(), moment, unsure }
         } else {
-            Self { rate: 0.0, sd: f64::INFINITY, moment: 0.0 }
+            Self::unknown()
         }
     }
+}
+
+/// The numbers a and c of q = t^2 - a t - c, at right angles to 1 and t under e^{-2 decay t}, and the sum of
+/// its squares under it.
+fn curve(decay: f64, rows: usize, step: f64) -> ([f64; 2], f64) {
+    let mut moments = [0.0; 5];
+    let (shrink, mut weight) = ((-2.0 * decay * step).exp(), 1.0);
+    for n in 0..rows {
+        let (t, mut term) = (n as f64 * step, weight);
+        for moment in &mut moments {
+            *moment += term;
+            term *= t;
+        }
+        weight *= shrink;
+    }
+    let [m0, m1, m2, m3, m4] = moments;
+    let determinant = m2 * m0 - m1 * m1;
+    let (a, c) = ((m3 * m0 - m2 * m1) / determinant, (m2 * m2 - m1 * m3) / determinant);
+    ([a, c], m4 - a * m3 - c * m2)
 }

@@ -5,7 +5,7 @@ use super::forcing::{Envelope, FORCED, strongest};
 use super::options::PingOptions;
 use super::search::{Search, floor};
 use super::verdict::tone;
-use crate::ringdown::{Component, Kind, SEARCHING, White, glance, solve};
+use crate::ringdown::{Component, Kind, SEARCHING, Solution, White, glance, solve};
 use crate::{Fault, Trace};
 use rijke_numerics::C64;
 use std::f64::consts::TAU;
@@ -37,13 +37,13 @@ const BESIDE: f64 = 3.0;
 const SPAN: f64 = 0.08;
 
 /// A tone of the forcing's frequency that lasts through the decay, which lasts from one row to another and
-/// has the `modes` with amplitudes.
+/// which `known` fits, if the tone explains more than a drift of the frequency does.
 pub(crate) fn still_driven(
     white: White<'_>,
     search: &Search<'_>,
     envelope: &Envelope,
     (from, to): (usize, usize),
-    (modes, amplitudes): (&[Component], &[C64]),
+    known: &Solution,
 ) -> Option<Fault> {
     let (first, last) = envelope.plateau();
     let end = (last * envelope.block).min(from);
@@ -58,13 +58,14 @@ pub(crate) fn still_driven(
     let squares = (0..white.channels).map(|m| tone(forcing, 0, forcing.rows(), m, omega / TAU).powi(2));
     let forced = squares.sum::<f64>().sqrt();
     // The tone that goes on may have been taken for the mode.
-    let share = size(amplitudes) / forced;
+    let share = size(&known.amplitudes[0]) / forced;
     if share < FAINT {
         return Some(Fault::StillDriven { frequency_hz: omega / TAU, share });
     }
-    let mut components = modes.to_vec();
-    components.insert(1, Component { s: C64::new(0.0, omega), kind: Kind::Tone });
-    let needed = 3.0 * floor(white.channels);
+    let mut components = known.components.clone();
+    components[0].chirp = None;
+    components.insert(1, Component::new(C64::new(0.0, omega), Kind::Tone));
+    let needed = 3.0 * floor(white.channels) + search.ringing.close_energy(white.step);
     if glance(decay, &components).is_ok_and(|g| g.energies[1] + g.gain < FAR_BELOW * needed) {
         return None;
     }
@@ -75,6 +76,9 @@ pub(crate) fn still_driven(
     // A mode that hardly decays is no leak.
     let apart = 2.0 * TAU / (FORCED.min(forcing.rows() as f64 * white.step));
     if lasts < 1.5 || (tone_now - omega).abs() > apart || energy < needed * found.variance().max(1.0) {
+        return None;
+    }
+    if found.residual > known.residual {
         return None;
     }
     let share = size(&found.amplitudes[1]) / forced;
@@ -216,7 +220,10 @@ impl<'a> Whole<'a> {
         let (end, before) = (size(last), size(last.checked_sub(span)?));
         let share = end / size(from);
         let steady = (before / end - 1.0).abs() < STEADY && last > from + 2 * span;
-        let silent = self.trace.quiet >= span && end > CLEAR * size(0);
+        let quiet = self.trace.quiet;
+        // Noise that rings the mode comes and goes.
+        let before_all = (0..quiet / span.max(1)).map(|k| size(k * span)).fold(0.0, f64::max);
+        let silent = quiet >= span && end > CLEAR * before_all;
         (steady && silent && (LEAK..STRONG).contains(&share))
             .then_some(Fault::StillDriven { frequency_hz, share })
     }

@@ -1,56 +1,23 @@
 //! Decay rate, frequency and mode shape of one ring-down, with covariance and verdict.
 
-use super::alike::Decay;
 use super::backwards::last_decay;
 use super::chirp::Drift;
 use super::diagnosis;
 use super::driven;
-use super::forcing::Envelope;
+use super::fairest::{self, has_close_neighbour};
+use super::forcing::{Change, Envelope};
+use super::found::PingFit;
+use super::judged::Fitted;
 use super::options::PingOptions;
-use super::relative::relative;
 use super::resolution::{self, deviation};
 use super::rest::{Disagreement, at_rest};
-use super::search::{Search, has_close_neighbour};
+use super::ringing::{self, Ringing};
+use super::search::Search;
 use super::silence;
-use super::verdict::{self, Residue};
+use super::verdict;
 use crate::dsp::noise::{Whitener, remove_hum};
-use crate::ringdown::{Component, Kind, SEARCHING, SETTLING, Solution, White, fundamental};
+use crate::ringdown::{SEARCHING, SETTLING, White};
 use crate::{Fault, Trace};
-use rijke_numerics::C64;
-use rijke_rig::Ping;
-
-/// One ring-down, fitted.
-#[derive(Clone, Debug)]
-pub struct PingFit {
-    /// The measurement. Channel delays and gains are those of the record: see
-    /// [`crate::ChannelDelays::correct`].
-    pub ping: Ping,
-    /// All modes fitted, the one of interest first, 1/s.
-    pub modes: Vec<C64>,
-    /// First guess of the mode of interest, by ESPRIT; for comparison only.
-    pub subspace_guess: C64,
-    /// Complex amplitude of the mode of interest in each channel at `start`, units of the record.
-    pub amplitudes: Vec<C64>,
-    /// Every tone fitted, the mains after the modes: growth rate and frequency, 1/s, and amplitude in each
-    /// channel at the start of the window, units of the record.
-    pub tones: Vec<(C64, Vec<C64>)>,
-    /// First and last time used, s from the first sample of the record.
-    pub window: (f64, f64),
-    /// Amplitude over noise in each channel; noise as the sd of white noise of equal density near the mode.
-    pub signal_to_noise: Vec<f64>,
-    /// Harmonics of the mains that were fitted, and their fundamental, Hz.
-    pub mains: (Vec<u32>, f64),
-    /// Variance of the residuals over that of the quiet part: 1 if the model holds.
-    pub residual_variance: f64,
-    /// How the frequency of the mode drifts during the decay. If that is significant, `ping` and `modes` hold
-    /// the frequency at the start of the window, with the error that the drift leaves; otherwise the
-    /// frequency is that of about one decay time later.
-    pub drift: Drift,
-    /// Ljung-Box statistic of the whitened residuals over 20 lags and all channels, as a standard normal
-    /// deviate; the colour of the noise is known only as well as the quiet part shows it, which is allowed
-    /// for.
-    pub whiteness: f64,
-}
 
 /// Fewest samples of the quiet part from which the noise is learnt; with fewer, it is learnt from residuals.
 pub(super) const MIN_QUIET: usize = 256;
@@ -87,30 +54,40 @@ pub fn fit_ping(trace: &Trace<'_>, options: &PingOptions) -> Result<PingFit, Fau
     silence::check(trace, quiet)?;
     let deviations = if quiet >= MIN_QUIET { resolution::deviations(trace, &steps, quiet)? } else { None };
     let least = if deviations.is_some() { resolution::LEAST } else { 0.0 };
-    let (whitener, harmonics) = if let Some(deviations) = deviations {
-        (Whitener::scaling(&deviations), Vec::new())
+    let noise = if let Some(deviations) = deviations {
+        Noise::of(Whitener::scaling(&deviations), Vec::new())
     } else if quiet >= MIN_QUIET {
         let mut noise: Vec<Vec<f64>> = trace.channels.iter().map(|y| y[..quiet].to_vec()).collect();
         let harmonics = remove_hum(&mut noise, trace.rate_hz, options.mains_hz);
-        let learnt = if quiet < SHORT_QUIET {
-            let deviations: Vec<f64> = noise.iter().map(|y| deviation(y)).collect();
-            learn_from_residuals(trace, options, &deviations, &harmonics).ok()
+        let narrow_hz =
+            diagnosis::loudest(trace, options).filter(|hz| ringing::rings(&noise, trace.rate_hz, *hz));
+        if let Some(hz) = narrow_hz {
+            // A filter learnt from it would take the mode for noise.
+            let deviations: Vec<f64> =
+                noise.iter().map(|y| ringing::calm_deviation(y, trace.rate_hz, hz)).collect();
+            Noise { whitener: Whitener::scaling(&deviations), harmonics, silence: noise, narrow_hz }
         } else {
-            None
-        };
-        (learnt.map_or_else(|| Whitener::learn(&noise), Ok)?, harmonics)
+            let learnt = if quiet < SHORT_QUIET {
+                let deviations: Vec<f64> = noise.iter().map(|y| deviation(y)).collect();
+                learn_from_residuals(trace, options, &deviations, &harmonics).ok()
+            } else {
+                None
+            };
+            let whitener = learnt.map_or_else(|| Whitener::learn(&noise), Ok)?;
+            Noise { whitener, harmonics, silence: noise, narrow_hz }
+        }
     } else {
         let tail = trace.len() - trace.len() / 10;
         let deviations: Vec<f64> = trace.channels.iter().map(|y| deviation(&y[tail..])).collect();
-        (learn_from_residuals(trace, options, &deviations, &[])?, Vec::new())
+        Noise::of(learn_from_residuals(trace, options, &deviations, &[])?, Vec::new())
     };
-    let fit = |whitener: &Whitener| judged_fit(trace, options, whitener, &harmonics, least);
-    let found = match fit(&whitener) {
+    let fit = |noise: &Noise| judged_fit(trace, options, noise, least);
+    let found = match fit(&noise) {
         // The pressure may wander slowly, by more than the quiet part shows.
         Err(fault) if diagnosis::is_doubtful(&fault) || matches!(fault, Fault::Weak { .. }) => {
-            let steady =
-                diagnosis::loudest(trace, options).map(|hz| whitener.without_wander(hz, trace.rate_hz));
-            steady.and_then(|whitener| fit(&whitener).ok()).ok_or(fault)
+            let steady = |hz| noise.whitener.without_wander(hz, trace.rate_hz);
+            let steady = diagnosis::loudest(trace, options).map(steady);
+            steady.and_then(|whitener| fit(&Noise { whitener, ..noise }).ok()).ok_or(fault)
         }
         found => found,
     };
@@ -121,14 +98,8 @@ pub fn fit_ping(trace: &Trace<'_>, options: &PingOptions) -> Result<PingFit, Fau
 }
 
 /// The fit from the end of the plateau, or, if that is doubtful or fails, from the last decay.
-fn judged_fit(
-    trace: &Trace<'_>,
-    options: &PingOptions,
-    whitener: &Whitener,
-    harmonics: &[u32],
-    least: f64,
-) -> Result<PingFit, Fault> {
-    let fit = |start| fit_whitened(trace, options, whitener, harmonics, least, start);
+fn judged_fit(trace: &Trace<'_>, options: &PingOptions, noise: &Noise, least: f64) -> Result<PingFit, Fault> {
+    let fit = |start| fit_whitened(trace, options, noise, least, start);
     let plateau = fit(Start::Plateau);
     let doubtful = plateau.as_ref().is_ok_and(|fit| fit.doubtful);
     let backwards = || fit(Start::Backwards)?.judged(options);
@@ -140,6 +111,23 @@ fn judged_fit(
             found => found.or(Err(fault)),
         },
         result => result,
+    }
+}
+
+/// What is known of the noise before a fit.
+struct Noise {
+    whitener: Whitener,
+    /// Harmonics of the mains that the record holds.
+    harmonics: Vec<u32>,
+    /// The quiet part without them; nothing if it is too short.
+    silence: Vec<Vec<f64>>,
+    /// The frequency at which it rings, Hz.
+    narrow_hz: Option<f64>,
+}
+
+impl Noise {
+    fn of(whitener: Whitener, harmonics: Vec<u32>) -> Self {
+        Self { whitener, harmonics, silence: Vec::new(), narrow_hz: None }
     }
 }
 
@@ -160,7 +148,8 @@ fn learn_from_residuals(
     deviations: &[f64],
     harmonics: &[u32],
 ) -> Result<Whitener, Fault> {
-    let fit = |start| fit_whitened(trace, options, &Whitener::scaling(deviations), harmonics, 0.0, start);
+    let noise = Noise::of(Whitener::scaling(deviations), harmonics.to_vec());
+    let fit = |start| fit_whitened(trace, options, &noise, 0.0, start);
     // A fit that leaves more than noise says nothing of its colour: a filter learnt from it would take the
     // mode for noise.
     let sound = |fit: &Fitted| fit.solution.variance() < NOISE_ALONE;
@@ -187,39 +176,24 @@ fn learn_from_residuals(
     Whitener::learn(&noise)
 }
 
-/// The maximum-likelihood fit together with what it was made from.
-struct Fitted {
-    whitener: Whitener,
-    harmonics: Vec<u32>,
-    white: Vec<f64>,
-    channels: usize,
-    step: f64,
-    /// Samples from which the colour of the noise was learnt.
-    learnt_from: usize,
-    /// First sample of the record that `white` stands for.
-    offset: usize,
-    /// Rows of `white` that were fitted.
-    rows: (usize, usize),
-    guess: C64,
-    solution: Solution,
-    /// Whether the forcing may have gone on after what was taken for its end.
-    doubtful: bool,
-}
-
 fn fit_whitened(
     trace: &Trace<'_>,
     options: &PingOptions,
-    whitener: &Whitener,
-    harmonics: &[u32],
+    noise: &Noise,
     least_amplitude: f64,
     start: Start,
 ) -> Result<Fitted, Fault> {
+    let Noise { whitener, harmonics, silence, narrow_hz } = noise;
     let (channels, step) = (trace.channels.len(), 1.0 / trace.rate_hz);
     let quiet = trace.quiet.min(trace.len());
     let samples = whitener.apply(trace.channels, quiet, trace.len());
     let white = White { samples: &samples, channels, step };
-    let envelope = Envelope::new(white, options.band_hz)?;
-    let search = Search { options, harmonics };
+    let mut envelope = Envelope::new(white, options.band_hz)?;
+    let silence = whitener.apply(silence, 0, silence.first().map_or(0, Vec::len));
+    let quietness = White { samples: &silence, channels, step };
+    let power = narrow_hz.map_or(0.0, |hz| ringing::power_at(quietness, hz));
+    let ringing = if power > 0.0 { envelope.ringing(power, step) } else { Ringing::default() };
+    let mut search = Search { options, harmonics, ringing };
     let need = 10 * envelope.block;
     let early = |from: usize| white.slice(from, from + (EARLY / step) as usize);
     let too_short = |first: usize| Fault::ShortDecay {
@@ -232,7 +206,8 @@ fn fit_whitened(
     if white.rows() < safe + need && envelope.regrowth().is_none() {
         return Err(too_short(safe));
     }
-    let (from, rough, subspace) = match start {
+    let order = whitener.order();
+    let (end, rough, subspace) = match start {
         Start::Plateau => {
             if let Some(growth) = envelope.regrowth() {
                 let row = |block: usize| block * envelope.block;
@@ -243,16 +218,19 @@ fn fit_whitened(
             }
             let (components, subspace) = search.first_guess(early(safe))?;
             let rough = search.solve(early(safe), early(safe), components, SEARCHING)?;
-            let from = envelope.decay_start(white, &rough, safe, whitener.order()).unwrap_or(safe);
-            (from, rough, subspace)
+            let lag = (2 * envelope.block).saturating_sub(order);
+            let end = envelope.decay_start(white, &rough, safe);
+            (end.unwrap_or(Change { row: safe - lag - order, lag }), rough, subspace)
         }
         Start::Backwards => {
-            let found = last_decay(&search, white, &envelope, whitener.order());
+            let found = last_decay(&search, white, &envelope);
             let found = found.ok_or_else(|| too_short(white.rows()))?;
             let subspace = found.rough.components[0].s;
-            (found.from, found.rough, subspace)
+            (found.end, found.rough, subspace)
         }
     };
+    let end = Change { lag: end.lag + ringing.hides(&rough, step), ..end };
+    let from = end.start(order);
     // The earlier start shows neighbours that had died away by the first one.
     let components = search.more_modes(early(from), &rough.components)?;
     let growth_rate = components[0].s.re;
@@ -275,14 +253,19 @@ fn fit_whitened(
         solution = search.solve(part, early(from), solution.components, SETTLING)?;
     }
     let part = white.slice(from, to);
-    let left = solution.residuals(part, 0.0);
-    let drift =
-        Drift::of(solution.components[0].s, &solution.amplitudes[0], &left, step, solution.variance());
-    let known = (solution.components.as_slice(), solution.amplitudes[0].as_slice());
-    // A drift of the frequency leaves what a tone could explain.
-    if !drift.is_significant()
-        && let Some(fault) = diagnosis::still_driven(white, &search, &envelope, (from, to), known)
-    {
+    let noise = ringing.added_to(1.0, channels);
+    if fairest::is_doubtful(&solution, noise) || Drift::left_by(&solution, part).is_significant() {
+        let fit = |components| search.solve(part, early(from), components, SETTLING).ok();
+        solution = fairest::fairest(part, (noise, ringing), solution, &fit);
+    }
+    if search.ringing.is_some() {
+        // A silence of a few decay times may be quieter than the rest.
+        let left = solution.residuals(white.slice(from, white.rows()), 0.0);
+        let runs = [quietness, White { samples: &left, ..white }];
+        let found = ringing::power(solution.components[0].s, &solution.amplitudes[0], &runs);
+        search.ringing = search.ringing.at_least(found, solution.components[0].s);
+    }
+    if let Some(fault) = diagnosis::still_driven(white, &search, &envelope, (from, to), &solution) {
         return Err(fault);
     }
     let have = (to - from) as f64 * step;
@@ -303,94 +286,18 @@ fn fit_whitened(
     }
     Ok(Fitted {
         whitener: whitener.clone(),
-        harmonics: harmonics.to_vec(),
+        harmonics: harmonics.clone(),
+        silence,
+        ringing: search.ringing,
         learnt_from: if quiet >= MIN_QUIET { quiet } else { white.rows() },
         channels,
         step,
         offset: quiet + whitener.order(),
         rows: (from, to),
+        end,
         guess: subspace,
         doubtful: has_close_neighbour(&solution.components) || envelope.falls_late(channels, step),
         solution,
         white: samples,
     })
-}
-
-impl Fitted {
-    fn white(&self, from: usize, to: usize) -> White<'_> {
-        White {
-            samples: &self.white[from * self.channels..to * self.channels],
-            channels: self.channels,
-            step: self.step,
-        }
-    }
-
-    fn residuals(&self) -> Vec<f64> {
-        self.solution.residuals(self.white(self.rows.0, self.rows.1), 0.0)
-    }
-
-    /// Turns the fit into a measurement, or refuses it.
-    fn judged(self, options: &PingOptions) -> Result<PingFit, Fault> {
-        let s = self.solution.components[0].s;
-        if s.re >= 0.0 {
-            return Err(Fault::NotDecaying { growth_rate: s.re });
-        }
-        let (from, to) = self.rows;
-        let at = |row: usize| (self.offset + row) as f64 * self.step;
-        let (unwhiten, log_slopes) = self.whitener.unwhiten(s, self.step);
-        let white_amplitudes = &self.solution.amplitudes[0];
-        let amplitudes: Vec<C64> =
-            unwhiten.iter().map(|row| row.iter().zip(white_amplitudes).map(|(u, b)| u * b).sum()).collect();
-        let tone = |(k, component): (usize, &Component)| {
-            let (unwhiten, _) = self.whitener.unwhiten(component.s, self.step);
-            let white = &self.solution.amplitudes[k];
-            let amplitude = |row: &Vec<C64>| row.iter().zip(white).map(|(u, b)| u * b).sum();
-            (component.s, unwhiten.iter().map(amplitude).collect())
-        };
-        let tones = self.solution.components.iter().enumerate().map(tone).collect();
-        let deviations = self.whitener.deviations(s.im, self.step);
-        let signal_to_noise: Vec<f64> =
-            amplitudes.iter().zip(&deviations).map(|(a, d)| a.norm() / d).collect();
-        verdict::signal(&signal_to_noise, options.silent_channels)?;
-        let left = self.residuals();
-        let residue = Residue {
-            samples: &left,
-            channels: self.channels,
-            step: self.step,
-            begin: at(from),
-            mode_hz: s.im / std::f64::consts::TAU,
-        };
-        residue.check(options.mains_hz)?;
-        residue.check_whole(self.learnt_from)?;
-        let variance = self.solution.variance();
-        let whiten = &self.whitener.whiten(s, self.step);
-        let (white, amplitudes_now, step) = (white_amplitudes, &amplitudes, self.step);
-        Decay { s, white, amplitudes: amplitudes_now, whiten, left: &left, step, variance }.check()?;
-        let covariance = self.solution.mode_covariance(0);
-        let mut ping =
-            relative(s, &amplitudes, options.reference, &unwhiten, &log_slopes, &covariance, variance);
-        let drift = Drift::of(s, white_amplitudes, &left, self.step, variance);
-        if drift.is_significant() {
-            drift.remove(&mut ping);
-        }
-        let mut modes: Vec<C64> =
-            self.solution.components.iter().filter(|c| c.kind == Kind::Mode).map(|c| c.s).collect();
-        if let Some(mode) = modes.first_mut() {
-            *mode = ping.s;
-        }
-        let mains = fundamental(&self.solution.components).map(|omega| omega / std::f64::consts::TAU);
-        Ok(PingFit {
-            ping,
-            modes,
-            drift,
-            subspace_guess: self.guess,
-            amplitudes,
-            tones,
-            window: (at(from), at(to)),
-            signal_to_noise,
-            mains: (self.harmonics, mains.unwrap_or(options.mains_hz)),
-            residual_variance: variance,
-            whiteness: residue.whiteness(self.learnt_from),
-        })
-    }
 }

@@ -1,6 +1,7 @@
 //! Where the forcing ends and the free decay begins, found from the record itself: for a record that holds a
 //! plateau. For others see [`super::backwards`].
 
+use super::ringing::{CHANCE, Ringing};
 use crate::Fault;
 use crate::dsp::transform;
 use crate::ringdown::{Component, Kind, SETTLING, Solution, White, solve};
@@ -38,6 +39,8 @@ pub(crate) struct Envelope {
     pub(crate) block: usize,
     /// Energy of the tone in each block, all white channels together.
     energy: Vec<f64>,
+    /// Mean energy in a block of noise that rings the mode.
+    narrow: f64,
 }
 
 /// An amplitude that grows where it should decay.
@@ -93,18 +96,34 @@ impl Envelope {
             }
             energy.push(sums.iter().map(|z| z.norm_sqr()).sum());
         }
-        Ok(Self { omega, block, energy })
+        Ok(Self { omega, block, energy, narrow: 0.0 })
     }
 
     /// First and last block of the forced plateau, whose energy stays above [`PLATEAU`] of the largest, but
     /// for noise. The energy E of a block of n samples has the standard deviation sqrt(2 n E).
     pub(super) fn plateau(&self) -> (usize, usize) {
         let top = self.top();
-        let noise = NOISE * (2.0 * self.block as f64 * top).sqrt();
+        let noise = NOISE * ((2.0 * self.block as f64 + 2.0 * self.narrow) * top).sqrt();
         let top = (PLATEAU * (top - noise) - noise).max(LEAST * top);
         let last = self.energy.iter().rposition(|&e| e >= top).unwrap_or(0);
         let first = self.energy[..last].iter().rposition(|&e| e < top).map_or(0, |j| j + 1);
         (first, last)
+    }
+
+    /// What the mode does, as far as the envelope tells, in noise that gives it the amplitude squared
+    /// `power`; blocks are judged accordingly.
+    pub(crate) fn ringing(&mut self, power: f64, step: f64) -> Ringing {
+        self.narrow = 0.25 * power * (self.block as f64).powi(2);
+        let (top, last) = (self.top(), self.plateau().1);
+        let fallen = self.energy[last..].iter().position(|&e| e < (-2.0_f64).exp() * top);
+        let blocks = fallen.unwrap_or(self.energy.len() - last).max(1);
+        Ringing { power, s: C64::new(-1.0 / ((blocks * self.block) as f64 * step), self.omega) }
+    }
+
+    /// By how much noise that rings the mode may raise a block of the given energy.
+    fn by_chance(&self, energy: f64) -> f64 {
+        let most = CHANCE * self.narrow;
+        2.0 * (most * energy).sqrt() + most
     }
 
     fn top(&self) -> f64 {
@@ -129,7 +148,7 @@ impl Envelope {
                 // Until the amplitude has fallen, every block begins anew.
                 least = j;
                 highest = e.max(highest);
-            } else if e > 1.2 * lowest + 0.02 * highest {
+            } else if e > 1.2 * lowest + 0.02 * highest + self.by_chance(lowest) {
                 // The block of largest energy says best what has grown.
                 found = found.filter(|&k| self.energy[k] >= e).or(Some(j));
             }
@@ -162,7 +181,7 @@ impl Envelope {
         (first <= last).then_some((first, last))
     }
 
-    /// First sample of the free decay: the change point of highest likelihood between a steady tone and the
+    /// The end of forcing: the change point of highest likelihood between a steady tone and the
     /// decay `free` (fitted from sample `fitted_from` on), plus the shortest lag at which noise could still
     /// hide the tone. None if the record holds too little steady forcing to say.
     pub(crate) fn decay_start(
@@ -170,8 +189,7 @@ impl Envelope {
         white: White<'_>,
         free: &Solution,
         fitted_from: usize,
-        order: usize,
-    ) -> Option<usize> {
+    ) -> Option<Change> {
         let (first, last) = self.plateau();
         let end = (last.saturating_sub(2)) * self.block;
         // The last blocks of the plateau may hold decay already: fit the tone well before its end.
@@ -182,7 +200,7 @@ impl Envelope {
             return None;
         }
         let forced = forced(white.slice(begin, end), self.omega, Kind::Tone, free)?;
-        Some(change(white, (&forced, begin), (free, fitted_from), end) + order)
+        Some(change(white, (&forced, begin), (free, fitted_from), end))
     }
 }
 
@@ -196,16 +214,32 @@ const LOUD: f64 = 100.0;
 /// switching-on has excited, if they explain more than chance would. The tone is steady ([`Kind::Tone`]) or
 /// may grow and fade ([`Kind::Mode`]).
 pub(crate) fn forced(stretch: White<'_>, omega: f64, kind: Kind, free: &Solution) -> Option<Solution> {
-    let mut tones = vec![Component { s: C64::new(0.0, omega), kind }];
+    let mut tones = vec![Component::new(C64::new(0.0, omega), kind)];
     tones.extend(free.components.iter().filter(|c| matches!(c.kind, Kind::Mains(_))));
     let steady = solve(stretch, &tones, SETTLING);
     let known: Vec<Component> = free.components.iter().filter(|c| c.kind == Kind::Mode).copied().collect();
     // Amplitudes of modes that do not sound take up half of this, on average.
     let chance = (4 * known.len() * stretch.channels) as f64;
-    tones.splice(1..1, known.into_iter().map(|c| Component { kind: Kind::Known, ..c }));
+    tones.splice(1..1, known.into_iter().map(|c| Component { kind: Kind::Known, chirp: None, ..c }));
     match (steady, solve(stretch, &tones, SETTLING)) {
         (Ok(steady), Ok(risen)) if steady.residual - risen.residual < chance => Some(steady),
         (steady, risen) => risen.or(steady).ok(),
+    }
+}
+
+/// The end of forcing.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Change {
+    /// The first row without forcing, most likely.
+    pub(crate) row: usize,
+    /// Rows after it in which noise could still hide forcing.
+    pub(crate) lag: usize,
+}
+
+impl Change {
+    /// The first row that certainly belongs to the decay; `order` rows depend on what was before.
+    pub(crate) fn start(&self, order: usize) -> usize {
+        self.row + self.lag + order
     }
 }
 
@@ -216,7 +250,7 @@ pub(crate) fn change(
     (forced, begin): (&Solution, usize),
     (free, fitted_from): (&Solution, usize),
     scan_from: usize,
-) -> usize {
+) -> Change {
     let region = white.slice(scan_from, fitted_from);
     let offset = scan_from as f64;
     let squares = |left: Vec<f64>| -> Vec<f64> {
@@ -235,7 +269,7 @@ pub(crate) fn change(
     let split = (free.components[0].s - forced.components[0].s).norm();
     // The difference of the two models grows as |b| |s - i omega_f| t: its sum of squares reaches 1/16 here.
     let lag = ((0.375 * white.step / (strength * split * split)).cbrt() / white.step).ceil() as usize;
-    scan_from + change + lag
+    Change { row: scan_from + change, lag }
 }
 
 /// Angular frequency of the strongest tone of a stretch between two frequencies (Hz), 1/s, to a small part of

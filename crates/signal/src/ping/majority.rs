@@ -1,6 +1,7 @@
 //! A ping of which one channel contradicts the others: fitted without it, if the others agree.
 
-use super::fit::{PingFit, fit_ping};
+use super::fit::fit_ping;
+use super::found::PingFit;
 use super::options::PingOptions;
 use crate::{Fault, Trace};
 

@@ -1,6 +1,7 @@
 //! The numbers of pictures of a fit: to be drawn, not to be computed with.
 
-use super::fit::{MIN_QUIET, PingFit};
+use super::fit::MIN_QUIET;
+use super::found::PingFit;
 use crate::Trace;
 use rijke_numerics::C64;
 

@@ -1,5 +1,6 @@
 //! When the loudspeaker has come to rest: a fit of a free decay does not depend on where it begins.
 
+use super::ringing::variance_of_difference;
 use super::search::Search;
 use crate::ringdown::{SETTLING, Solution, White, glance};
 use rijke_numerics::C64;
@@ -54,12 +55,17 @@ pub(crate) fn at_rest(
         let least = (need / 2).max((KEPT * (to - from) as f64) as usize);
         let away = |later: usize| {
             let start = from + later;
-            if start + least > to || agrees(search, white.slice(start, to), &found) {
+            let narrow = variance_of_difference(search.ringing, &found, to - from, later, white.step);
+            if start + least > to || agrees(search, white.slice(start, to), &found, narrow) {
                 return None;
             }
             let late = refit(start, &found)?;
             let growth_rates = [found.components[0].s.re, late.components[0].s.re];
-            Some(Disagreement { rows: [from, start], growth_rates, distance: distance(&found, &late) })
+            Some(Disagreement {
+                rows: [from, start],
+                growth_rates,
+                distance: distance(&found, &late, narrow),
+            })
         };
         let later = [rows(LATER[0]), rows(LATER[1]), half];
         let worst = later.into_iter().filter_map(away).max_by(|a, b| a.distance.total_cmp(&b.distance));
@@ -79,23 +85,24 @@ pub(crate) fn at_rest(
 }
 
 /// Difference of two growth rates over its standard deviation. A frequency may drift.
-fn distance(early: &Solution, late: &Solution) -> f64 {
-    apart(early, late.components[0].s, late.covariance[(0, 0)])
+fn distance(early: &Solution, late: &Solution, narrow: f64) -> f64 {
+    apart(early, late.components[0].s, late.covariance[(0, 0)], narrow)
 }
 
-/// The same from the first frequency of the later fit and the variance of its growth rate, for unit noise.
-fn apart(early: &Solution, late: C64, variance: f64) -> f64 {
+/// The same from the first frequency of the later fit, the variance of its growth rate, for unit noise, and
+/// that of the difference which noise that rings the mode adds.
+fn apart(early: &Solution, late: C64, variance: f64, narrow: f64) -> f64 {
     let difference = late.re - early.components[0].s.re;
     let variance = variance - (1.0 - SLACK) * early.covariance[(0, 0)];
     // The later fit may have fewer neighbours than the earlier one: nothing can be said then.
-    if variance > 0.0 { difference.abs() / (early.variance() * variance).sqrt() } else { 0.0 }
+    if variance > 0.0 { difference.abs() / (early.variance() * variance + narrow).sqrt() } else { 0.0 }
 }
 
 /// Whether one step from the fit `early` towards that of a later `part` stays so short that a fit would not
 /// disagree. Not where the step would end a neighbour: the fit would be one of other components.
-fn agrees(search: &Search<'_>, part: White<'_>, early: &Solution) -> bool {
+fn agrees(search: &Search<'_>, part: White<'_>, early: &Solution, narrow: f64) -> bool {
     glance(part, &early.components).is_ok_and(|late| {
         search.are_modes(&late.components)
-            && apart(early, late.components[0].s, late.variance) < ALIKE * DISAGREE
+            && apart(early, late.components[0].s, late.variance, narrow) < ALIKE * DISAGREE
     })
 }

@@ -1,7 +1,9 @@
 //! Which modes a ring-down holds: a first guess by ESPRIT, refined on a decimated copy of its first part,
 //! then whatever tone still stands out of what is left over, one at a time.
 
+use super::fairest::{self, APART_HZ};
 use super::options::PingOptions;
+use super::ringing::Ringing;
 use crate::Fault;
 use crate::dsp::kernels::dot;
 use crate::dsp::transform;
@@ -17,15 +19,14 @@ pub(crate) struct Search<'a> {
     pub(crate) options: &'a PingOptions,
     /// Harmonics of the mains that the record holds.
     pub(crate) harmonics: &'a [u32],
+    /// Noise that rings the mode.
+    pub(crate) ringing: Ringing,
 }
 
 /// Decay rate up to which a tone at a harmonic of the mains is hum, 1/s.
 const LASTS: f64 = 1.0;
 /// Most modes added after the first guess.
 const MOST_ADDED: usize = 6;
-/// Distance from every known component, Hz, at which a further tone is sought: nearer ones are what the first
-/// guess is for.
-const APART_HZ: f64 = 12.0;
 
 impl Search<'_> {
     /// The modes that ESPRIT sees, the strongest in the band first, then the mains; and the first of them as
@@ -33,8 +34,8 @@ impl Search<'_> {
     pub(crate) fn first_guess(&self, early: White<'_>) -> Result<(Vec<Component>, C64), Fault> {
         let decimated = self.decimated(early);
         let mains = TAU * self.options.mains_hz;
-        let mode = |s: C64| Component { s: C64::new(s.re.min(-0.1), s.im), kind: Kind::Mode };
-        let tone = |&h: &u32| Component { s: C64::new(0.0, mains * f64::from(h)), kind: Kind::Mains(h) };
+        let mode = |s: C64| Component::new(C64::new(s.re.min(-0.1), s.im), Kind::Mode);
+        let tone = |&h: &u32| Component::new(C64::new(0.0, mains * f64::from(h)), Kind::Mains(h));
         let poles = pencil::poles(&decimated)?;
         let guess_of = |is_mode: &dyn Fn(&C64) -> bool| {
             let modes = poles.iter().copied().filter(is_mode).map(mode);
@@ -46,13 +47,15 @@ impl Search<'_> {
         let components = guess_of(&|s| self.may_be_mode(*s))
             .or_else(|fault| guess_of(&|s| self.may_be_mode(*s) || s.re < -LASTS).map_err(|_| fault))?;
         let guess = components[0].s;
-        Ok((self.settled(&decimated, components)?.components, guess))
+        let settled = self.settled(&decimated, components)?;
+        Ok((self.of_the_kind(&decimated, settled).components, guess))
     }
 
     /// The given components and the modes that stand out of what they leave.
     pub(crate) fn more_modes(&self, early: White<'_>, known: &[Component]) -> Result<Vec<Component>, Fault> {
         let decimated = self.decimated(early);
-        let mut solution = self.settled(&decimated, known.to_vec())?;
+        let settled = self.settled(&decimated, known.to_vec())?;
+        let mut solution = self.of_the_kind(&decimated, settled);
         for _ in 0..MOST_ADDED {
             let left = solution.residuals(decimated.white(), 0.0);
             let left = White { samples: &left, ..decimated.white() };
@@ -60,12 +63,24 @@ impl Search<'_> {
             let mut more = solution.components.clone();
             more.insert(modes(&more), found);
             let next = self.settled(&decimated, more)?;
-            if solution.residual - next.residual < floor(left.channels) * decimated.variance {
+            let chance = self.ringing.energy(found.s.im, left.step);
+            if solution.residual - next.residual < floor(left.channels) * decimated.variance + chance {
                 break;
             }
             solution = next;
         }
         Ok(solution.components)
+    }
+
+    /// The fit of the right kind: a drift of the frequency is no second mode.
+    fn of_the_kind(&self, decimated: &Decimated, found: Solution) -> Solution {
+        let white = decimated.white();
+        let noise = self.ringing.added_to(decimated.variance, white.channels);
+        if !fairest::is_doubtful(&found, noise) {
+            return found;
+        }
+        let fit = |components| self.settled(decimated, components).ok();
+        fairest::fairest(white, (noise, self.ringing), found, &fit)
     }
 
     /// Fits `white` by the given components, without the weakest neighbours of the first one if the record
@@ -81,6 +96,10 @@ impl Search<'_> {
             let count = modes(&components);
             components = self.grounded(components);
             match solve(white, &components, close) {
+                // Without a drift, where none is found.
+                Err(Fault::Singular(_) | Fault::NotConverged { .. }) if components[0].chirp.is_some() => {
+                    components[0].chirp = None;
+                }
                 Err(Fault::Singular(_) | Fault::NotConverged { .. }) if count > 1 => {
                     components.remove(weakest(self.decimated(early).white(), &components));
                 }
@@ -163,8 +182,12 @@ impl Search<'_> {
         let in_band = |s: C64| (self.options.band_hz.0..=self.options.band_hz.1).contains(&(s.im / TAU));
         loop {
             let count = modes(components);
-            match (0..count).min_by(|&a, &b| strength[a].total_cmp(&strength[b])) {
-                Some(k) if strength[k] < floor * decimated.variance => {
+            let step = decimated.white().step;
+            let needed =
+                |k: usize| floor * decimated.variance + self.ringing.energy(components[k].s.im, step);
+            match (0..count).min_by(|&a, &b| (strength[a] / needed(a)).total_cmp(&(strength[b] / needed(b))))
+            {
+                Some(k) if strength[k] < needed(k) => {
                     components.remove(k);
                     strength = energies(decimated.white(), components)?;
                 }
@@ -216,15 +239,9 @@ impl Search<'_> {
             .filter(|&(k, _)| allowed(k as f64 * resolution))
             .max_by(|a, b| a.1.total_cmp(b.1))?;
         let s = C64::new(-alpha, TAU * resolution * bin as f64);
-        (largest > floor(left.channels)).then_some(Component { s, kind: Kind::Mode })
+        let chance = self.ringing.energy(s.im, left.step) / variance;
+        (largest > floor(left.channels) + chance).then_some(Component::new(s, Kind::Mode))
     }
-}
-
-/// Whether another mode lies so close to the first that it may stand for a decay that is not one: a stretch
-/// that begins within the forcing.
-pub(crate) fn has_close_neighbour(components: &[Component]) -> bool {
-    let close = |c: &&Component| c.kind == Kind::Mode && (c.s.im - components[0].s.im).abs() < TAU * APART_HZ;
-    components.iter().skip(1).any(|c| close(&c))
 }
 
 /// Number of modes; they come before the harmonics of the mains.

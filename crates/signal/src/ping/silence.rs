@@ -13,6 +13,10 @@ const LEAST: usize = 32;
 /// half of it.
 const LOUD: f64 = 4.0;
 
+/// Share of the power of the loudest stretch of the record from which a stretch is no noise that rings the
+/// mode: that comes and goes.
+const FORCED: f64 = 0.03;
+
 /// Refuses a silence that holds a part of the forcing, and one that is louder than the end of the record:
 /// then the forcing begins with the record. `quiet` samples are said to be silent.
 pub(crate) fn check(trace: &Trace<'_>, quiet: usize) -> Result<(), Fault> {
@@ -34,21 +38,25 @@ pub(crate) fn check(trace: &Trace<'_>, quiet: usize) -> Result<(), Fault> {
         let by_time = powers.clone();
         powers.sort_by(f64::total_cmp);
         let silent = powers[QUIETEST / 2];
+        let loudest_of_all = y.chunks_exact(length).map(about_a_line).fold(0.0, f64::max);
+        let tail: Vec<f64> = y[y.len() - y.len() / 10..]
+            .chunks_exact(length.min(y.len() / 10).max(1))
+            .map(about_a_line)
+            .collect();
+        let end = tail.iter().copied().fold(0.0, f64::max);
+        let is_forced = |p: f64| p > FORCED * loudest_of_all || p > LOUD * LOUD * end;
         // A silence of a coarse converter may be one number.
         if silent == 0.0 {
             continue;
         }
-        if let Some(first) = by_time.iter().position(|p| *p > LOUD * LOUD * silent) {
+        if let Some(first) = by_time.iter().position(|p| *p > LOUD * LOUD * silent && is_forced(*p)) {
             let ratio = (powers[stretches - 1] / silent).sqrt();
             if ratio > loudest.0 {
                 loudest = (ratio, first.saturating_sub(1) * length);
             }
         }
-        let tail: Vec<f64> = y[y.len() - y.len() / 10..]
-            .chunks_exact(length.min(y.len() / 10).max(1))
-            .map(about_a_line)
-            .collect();
         let end = tail.iter().fold(f64::INFINITY, |a, b| a.min(*b));
+        let silent = if silent > FORCED * loudest_of_all { silent } else { 0.0 };
         beyond_the_end.push((silent / end.max(f64::MIN_POSITIVE)).sqrt());
     }
     if loudest.1 > 0 || loudest.0 > LOUD {

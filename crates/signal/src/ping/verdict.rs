@@ -16,6 +16,9 @@ const TOTAL_LIMIT: f64 = 1.35;
 /// allows for.
 const WHOLE_LIMIT: f64 = 0.15;
 const WHOLE_DEVIATIONS: f64 = 5.0;
+/// How many times more noise may be left where it rings the mode: in a stretch shorter than its memory, the
+/// power of narrow noise has few degrees of freedom.
+const NARROW: f64 = 8.0;
 /// Lags of the whiteness statistic.
 const LAGS: usize = 20;
 /// It looks at no more samples of a channel than these: the colour of the noise is not known better.
@@ -30,15 +33,21 @@ pub(crate) struct Residue<'a> {
     pub(crate) begin: f64,
     /// Frequency of the mode that was fitted, Hz: what is left near it is not called hum.
     pub(crate) mode_hz: f64,
+    /// Whether noise rings the mode: what is left beside it is no white noise, and comes and goes.
+    pub(crate) narrow: bool,
 }
 
 impl Residue<'_> {
+    fn wider(&self) -> f64 {
+        if self.narrow { NARROW } else { 1.0 }
+    }
+
     /// Refuses residuals that are more than noise in some stretch, and says when, where and at which
     /// frequency.
     pub(crate) fn check(&self, mains_hz: f64) -> Result<(), Fault> {
         let rows = ((STRETCH / self.step).round() as usize).max(16);
         let scatter = (2.0 / rows as f64).sqrt();
-        let widen = scatter / 0.1;
+        let widen = scatter / 0.1 * self.wider();
         let (channel_limit, total_limit) = (
             1.0 + (CHANNEL_LIMIT - 1.0) * widen,
             1.0 + (TOTAL_LIMIT - 1.0) * widen * (8.0 / self.channels as f64).sqrt(),
@@ -81,7 +90,7 @@ impl Residue<'_> {
         let count = self.samples.len() as f64;
         let power = dot(self.samples, self.samples) / count;
         let sd = (2.0 / count + 2.0 / (learnt_from * self.channels) as f64).sqrt();
-        if power < 1.0 + WHOLE_LIMIT.max(WHOLE_DEVIATIONS * sd) {
+        if power < 1.0 + self.wider() * WHOLE_LIMIT.max(WHOLE_DEVIATIONS * sd) {
             return Ok(());
         }
         let white = White { samples: self.samples, channels: self.channels, step: self.step };

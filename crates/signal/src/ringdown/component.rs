@@ -22,6 +22,16 @@ pub(crate) struct Component {
     pub(crate) s: C64,
     /// Which of the two are free.
     pub(crate) kind: Kind,
+    /// Change of the angular frequency with time, rad/s^2, counted from the first row of a fit: free where it
+    /// is there, else the frequency is steady.
+    pub(crate) chirp: Option<f64>,
+}
+
+impl Component {
+    /// A component whose frequency is steady.
+    pub(crate) fn new(s: C64, kind: Kind) -> Self {
+        Self { s, kind, chirp: None }
+    }
 }
 
 /// The fundamental of the mains, 1/s, if they are among the components.

@@ -1,7 +1,7 @@
 //! What a fit of exponentials has found.
 
 use super::component::Component;
-use super::sums::lengths;
+use super::sums::{lengths, phasors};
 use super::white::White;
 use crate::Fault;
 use crate::dsp::kernels::{Powers, run};
@@ -25,7 +25,7 @@ pub(crate) struct Solution {
     pub(super) linear: Matrix,
     /// Derivative of the linear coefficients of each channel with respect to the free frequencies.
     pub(super) sensitivity: Vec<Matrix>,
-    /// The free frequencies: `(component, direction)`, direction 0 growth rate, 1 frequency.
+    /// The free frequencies: `(component, direction)`, direction 0 growth rate, 1 frequency, 2 chirp.
     pub(super) free: Vec<(usize, usize)>,
 }
 
@@ -33,6 +33,19 @@ impl Solution {
     /// Estimated variance of the white noise; 1 if the whitener was right.
     pub(crate) fn variance(&self) -> f64 {
         self.residual / self.freedom
+    }
+
+    /// How many numbers were fitted: amplitudes and free frequencies.
+    pub(crate) fn numbers(&self) -> usize {
+        2 * self.components.len() * self.sensitivity.len() + self.free.len()
+    }
+
+    /// Of the chirp of the first component: its variance and its covariance with the frequency, for unit
+    /// noise.
+    pub(crate) fn chirp_covariance(&self) -> Option<[f64; 2]> {
+        let place = |direction: usize| self.free.iter().position(|&p| p == (0, direction));
+        let (frequency, chirp) = (place(1)?, place(2)?);
+        Some([self.covariance[(chirp, chirp)], self.covariance[(frequency, chirp)]])
     }
 
     /// As [`super::energies`], at the frequencies found.
@@ -72,9 +85,8 @@ impl Solution {
         let lengths = lengths(&self.components, usize::MAX, white.step);
         for ((component, amplitudes), length) in self.components.iter().zip(&self.amplitudes).zip(lengths) {
             let rows = white.rows().min((length as f64 - first).max(0.0) as usize);
-            let start = (component.s * (first * white.step)).exp();
+            let (phasors, start) = phasors(component, first, rows, white.step);
             let amplitudes: Vec<C64> = amplitudes.iter().map(|a| a * start).collect();
-            let phasors = Powers::new((component.s * white.step).exp(), rows);
             run(Subtract { left: &mut left, amplitudes: &amplitudes, phasors: &phasors });
         }
         left

@@ -8,18 +8,19 @@
 
 use super::component::{Component, Kind, fundamental, with_fundamental};
 use super::solution::{Solution, energies_of};
-use super::sums::{grams, lengths, project};
+use super::sums::{grams, lengths, phasors, project, project_twice};
 use super::white::White;
 use crate::Fault;
 use crate::dsp::scaled::inverse_scaled;
 use rijke_numerics::{C64, Cholesky, Matrix};
 
-/// The free frequencies: `(component, direction)` pairs, direction 0 growth rate, 1 frequency. The mains
-/// fundamental, if any, comes last and is listed once, unless it is `held`.
+/// The free frequencies: `(component, direction)` pairs, direction 0 growth rate, 1 frequency, 2 chirp. The
+/// mains fundamental, if any, comes last and is listed once, unless it is `held`.
 fn parameters(components: &[Component], held: bool) -> Vec<(usize, usize)> {
     let mut list = Vec::new();
     for (k, component) in components.iter().enumerate() {
         match component.kind {
+            Kind::Mode if component.chirp.is_some() => list.extend([(k, 0), (k, 1), (k, 2)]),
             Kind::Mode => list.extend([(k, 0), (k, 1)]),
             Kind::Tone => list.push((k, 1)),
             Kind::Mains(_) | Kind::Known => {}
@@ -158,13 +159,27 @@ impl State {
         let (rows, count) = (white.rows(), components.len());
         let size = 2 * count;
         let lengths = lengths(&components, rows, white.step);
-        let [flat, mixed, curved] = grams(&components, &lengths, white.step);
+        let [flat, once, twice, thrice, fourth] = grams(&components, &lengths, white.step);
+        // Derivative columns: t times each column, then t^2 times those of components with a chirp.
+        let bent: Vec<usize> = (0..count).filter(|&k| components[k].chirp.is_some()).collect();
+        let wide = size + 2 * bent.len();
+        let place = |j: usize| if j < size { (j, 1) } else { (2 * bent[(j - size) / 2] + j % 2, 2) };
+        let weighed = [&flat, &once, &twice, &thrice, &fourth];
+        let mixed = Matrix::from_fn(size, wide, |i, j| weighed[place(j).1][(i, place(j).0)]);
+        let curved = Matrix::from_fn(wide, wide, |i, j| {
+            let ((a, p), (b, q)) = (place(i), place(j));
+            weighed[p + q][(a, b)]
+        });
         let linear = Cholesky::new(&flat)?.inverse();
         let projected = curved.plus(-1.0, &mixed.transpose().product(&linear.product(&mixed)));
         let mut data = Matrix::zeros(white.channels, size);
-        let mut slopes = Matrix::zeros(white.channels, size);
+        let mut slopes = Matrix::zeros(white.channels, wide);
         for (k, (component, length)) in components.iter().zip(lengths).enumerate() {
-            project(white, component.s, length, k, &mut data, &mut slopes);
+            let (phasors, _) = phasors(component, 0.0, length, white.step);
+            project(white, &phasors, k, &mut data, &mut slopes);
+            if let Some(place) = bent.iter().position(|b| *b == k) {
+                project_twice(white, &phasors, size + 2 * place, &mut slopes);
+            }
         }
         let coefficients = data.product(&linear);
         let explained: f64 = data.as_slice().iter().zip(coefficients.as_slice()).map(|(a, b)| a * b).sum();
@@ -183,6 +198,11 @@ impl State {
         energies_of(&self.linear, amplitude, self.coefficients.rows())
     }
 
+    /// The column of t^2 times those of component `k`.
+    fn bent_column(&self, k: usize) -> usize {
+        2 * (self.components.len() + self.components[..k].iter().filter(|c| c.chirp.is_some()).count())
+    }
+
     /// Derivative of the model of channel `m` in the derivative columns: `(free frequency, column, value)`
     /// where it is not zero.
     fn directions(&self, m: usize) -> Vec<(usize, usize, f64)> {
@@ -190,10 +210,12 @@ impl State {
         let mut entries = Vec::with_capacity(2 * c.len());
         for (j, &(k, direction)) in self.free.iter().enumerate() {
             let mut set = |k: usize, factor: f64| {
-                // d/d sigma multiplies the amplitude by t, d/d omega by i t.
+                // d/d sigma multiplies the amplitude by t, d/d omega by i t, d/d chi by i t^2/2.
                 let (re, im) = (c[2 * k], c[2 * k + 1]);
                 let (a, b) = if direction == 0 { (re, im) } else { (-im, re) };
-                entries.extend([(j, 2 * k, factor * a), (j, 2 * k + 1, factor * b)]);
+                let column = if direction == 2 { self.bent_column(k) } else { 2 * k };
+                let factor = if direction == 2 { 0.5 * factor } else { factor };
+                entries.extend([(j, column, factor * a), (j, column + 1, factor * b)]);
             };
             if let Kind::Mains(_) = self.components[k].kind {
                 for (l, component) in self.components.iter().enumerate() {
@@ -251,6 +273,7 @@ impl State {
                     }
                 }
                 _ if direction == 0 => components[k].s.re += change,
+                _ if direction == 2 => components[k].chirp = components[k].chirp.map(|chirp| chirp + change),
                 _ => components[k].s.im += change,
             }
         }

@@ -18,17 +18,37 @@ pub(super) fn lengths(components: &[Component], rows: usize, step: f64) -> Vec<u
     components.iter().map(length).collect()
 }
 
-/// Sums of y e^{st} and of t y e^{st} over the first `length` samples, written to the two columns of
-/// component `k`.
-pub(super) fn project(
-    white: White<'_>,
-    s: C64,
-    length: usize,
-    k: usize,
-    data: &mut Matrix,
-    slopes: &mut Matrix,
-) {
-    let phasors = Powers::new((s * white.step).exp(), length);
+/// The exponential of a component at `rows` samples, of which the first is number `first` of the fit, over
+/// its value there, which comes with it.
+pub(super) fn phasors(component: &Component, first: f64, rows: usize, step: f64) -> (Powers, C64) {
+    let (s, t) = (component.s, first * step);
+    let Some(chirp) = component.chirp else {
+        return (Powers::new((s * step).exp(), rows), (s * t).exp());
+    };
+    let now = s + C64::new(0.0, chirp * t);
+    let mut powers = Powers::new((now * step).exp(), rows);
+    for (n, (re, im)) in powers.re.iter_mut().zip(&mut powers.im).enumerate() {
+        let turn = C64::from_polar(1.0, 0.5 * chirp * (n as f64 * step).powi(2)) * C64::new(*re, *im);
+        (*re, *im) = (turn.re, turn.im);
+    }
+    (powers, (s * t + C64::new(0.0, 0.5 * chirp * t * t)).exp())
+}
+
+/// Sums of y t^2 e^{st}, written to two columns from `column` on.
+pub(super) fn project_twice(white: White<'_>, phasors: &Powers, column: usize, slopes: &mut Matrix) {
+    let mut sums = vec![C64::ZERO; white.channels];
+    let rows = white.samples.chunks_exact(white.channels);
+    for (n, ((row, re), im)) in rows.zip(&phasors.re).zip(&phasors.im).enumerate() {
+        let wave = C64::new(*re, -*im) * (n as f64 * white.step).powi(2);
+        sums.iter_mut().zip(row).for_each(|(sum, y)| *sum += wave * *y);
+    }
+    for (m, sum) in sums.into_iter().enumerate() {
+        (slopes[(m, column)], slopes[(m, column + 1)]) = (sum.re, sum.im);
+    }
+}
+
+/// Sums of y e^{st} and of t y e^{st}, written to the two columns of component `k`.
+pub(super) fn project(white: White<'_>, phasors: &Powers, k: usize, data: &mut Matrix, slopes: &mut Matrix) {
     let mut write = |m: usize, sums: [f64; 4]| {
         for i in 0..2 {
             data[(m, 2 * k + i)] = sums[i];
@@ -37,14 +57,14 @@ pub(super) fn project(
     };
     let mut m = 0;
     while m + LANES <= white.channels {
-        let sums = run(Sums::<LANES> { white, from: m, phasors: &phasors });
+        let sums = run(Sums::<LANES> { white, from: m, phasors });
         for i in 0..LANES {
             write(m + i, sums.map(|sum| sum[i]));
         }
         m += LANES;
     }
     for m in m..white.channels {
-        write(m, run(Sums::<1> { white, from: m, phasors: &phasors }).map(|sum| sum[0]));
+        write(m, run(Sums::<1> { white, from: m, phasors }).map(|sum| sum[0]));
     }
 }
 
@@ -84,15 +104,25 @@ impl<const N: usize> NullaryFnOnce for Sums<'_, N> {
 }
 
 /// Gram matrices of the columns Re(e^{s_k t}), Re(i e^{s_k t}), each over the samples on which both sound,
-/// weighted with 1, t and t^2.
-pub(super) fn grams(components: &[Component], lengths: &[usize], step: f64) -> [Matrix; 3] {
+/// weighted with 1, t, t^2, t^3 and t^4; the last two only where a component has a chirp.
+pub(super) fn grams(components: &[Component], lengths: &[usize], step: f64) -> [Matrix; 5] {
     let size = 2 * components.len();
-    let mut grams: [Matrix; 3] = std::array::from_fn(|_| Matrix::zeros(size, size));
+    let mut grams: [Matrix; 5] = std::array::from_fn(|_| Matrix::zeros(size, size));
     for (i, a) in components.iter().enumerate() {
         for (j, b) in components.iter().enumerate().take(i + 1) {
             let rows = lengths[i].min(lengths[j]);
-            let sums = power_sums((a.s + b.s) * step, rows);
-            let differences = power_sums((a.s + b.s.conj()) * step, rows);
+            let steady = a.chirp.is_none() && b.chirp.is_none();
+            let sums_of = |exponent: C64, chirp: f64| {
+                if steady {
+                    let [flat, linear, square] = power_sums(exponent * step, rows);
+                    [flat, linear, square, C64::ZERO, C64::ZERO]
+                } else {
+                    chirped_sums(exponent * step, chirp * step * step, rows)
+                }
+            };
+            let (of_a, of_b) = (a.chirp.unwrap_or(0.0), b.chirp.unwrap_or(0.0));
+            let sums = sums_of(a.s + b.s, of_a + of_b);
+            let differences = sums_of(a.s + b.s.conj(), of_a - of_b);
             let mut scale = 0.5;
             for ((gram, sum), difference) in grams.iter_mut().zip(sums).zip(differences) {
                 // Re(u) Re(v) = (Re(u v) + Re(u conj v)) / 2, with u and v the exponentials or i times them.
@@ -130,7 +160,26 @@ fn power_sums(exponent: C64, count: usize) -> [C64; 3] {
     [flat, linear, (z * (flat + 2.0 * linear) - n * n * end) * reciprocal]
 }
 
-/// The same by doubling: loses no digits for any z.
+/// Sums of n^p e^{exponent n + i chirp n^2/2} for n from 0 to `count` - 1 and p up to 4, sample by sample: no
+/// closed form is known.
+fn chirped_sums(exponent: C64, chirp: f64, count: usize) -> [C64; 5] {
+    let mut sums = [C64::ZERO; 5];
+    // From n to n + 1 the exponent grows by itself + i chirp (n + 1/2).
+    let (mut term, mut turn) = (C64::ONE, (exponent + C64::new(0.0, 0.5 * chirp)).exp());
+    let bend = C64::from_polar(1.0, chirp);
+    for n in 0..count {
+        let (t, mut weighed) = (n as f64, term);
+        for sum in &mut sums {
+            *sum += weighed;
+            weighed *= t;
+        }
+        term *= turn;
+        turn *= bend;
+    }
+    sums
+}
+
+/// The same without a chirp by doubling: loses no digits for any z.
 fn doubled_sums(z: C64, count: usize) -> [C64; 3] {
     let (mut s, mut done, mut factor) = ([C64::ZERO; 3], 0.0_f64, C64::ONE);
     for bit in (0..usize::BITS - count.leading_zeros()).rev() {
@@ -188,7 +237,8 @@ mod tests {
         let samples: Vec<f64> = (0..rows * channels).map(|i| ((i * 7919) % 101) as f64 - 50.0).collect();
         let white = White { samples: &samples, channels, step };
         let (mut data, mut slopes) = (Matrix::zeros(channels, 2), Matrix::zeros(channels, 2));
-        project(white, s, rows, 0, &mut data, &mut slopes);
+        let wave = Powers::new((s * step).exp(), rows);
+        project(white, &wave, 0, &mut data, &mut slopes);
         for m in 0..channels {
             let (mut flat, mut linear) = (C64::ZERO, C64::ZERO);
             for n in 0..rows {

@@ -29,6 +29,8 @@ pub(crate) struct Driven {
     pub(crate) wander: f64,
     /// Relative change of the speed of sound per second.
     pub(crate) warming: f64,
+    /// Noise of a flow that rings the first mode: white noise drives it, to this rms over the noise.
+    pub(crate) flow: f64,
     /// Share by which the loudspeaker grows weaker while it acts.
     pub(crate) sag: f64,
     /// Time constant with which the loudspeaker comes to rest when it is switched off, s.
@@ -52,6 +54,7 @@ impl Driven {
             colour: 0.0,
             wander: 0.0,
             warming: 0.0,
+            flow: 0.0,
             sag: 0.0,
             coast: 0.0,
             channels: 6,
@@ -96,6 +99,18 @@ impl Driven {
                 for (m, y) in channels.iter_mut().enumerate() {
                     let shape = (0.5 + 0.45 * m as f64 * (k + 1) as f64).sin();
                     y[n] += shape * q.re;
+                }
+            }
+        }
+        if self.flow > 0.0 {
+            // The state before the record: so many decay times.
+            let before = (8.0 / (-first.re) * self.rate_hz) as usize;
+            let (turn, mut ringing) = ((first / self.rate_hz).exp(), C64::ZERO);
+            let push = self.flow * (-(2.0 * first.re / self.rate_hz).exp_m1()).sqrt();
+            for n in 0..before + samples {
+                ringing = ringing * turn + C64::new(normal(), normal()) * push;
+                for (m, y) in channels.iter_mut().enumerate().filter(|_| n >= before) {
+                    y[n - before] += (0.5 + 0.45 * m as f64).sin() * ringing.re;
                 }
             }
         }

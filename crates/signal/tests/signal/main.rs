@@ -4,6 +4,7 @@
 mod any;
 mod bound;
 mod calibrated;
+mod chirping;
 mod click;
 mod clicking;
 mod coarse;

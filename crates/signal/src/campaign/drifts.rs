@@ -1,0 +1,134 @@
+//! The drift of the frequency during the decays, at all points of a campaign together.
+//!
+//! A drift too small to be seen at a point moves its frequency by several stated errors. So it is never taken
+//! as none: at each point it is free, with a prior that all points teach (empirical Bayes). The relative
+//! drift of a point is normal about a mean mu with a deviation tau; mu has a flat prior, tau one that is
+//! flat in its logarithm, and both are integrated out. A single point says no more than its own decays do;
+//! many points without a drift say that there is little.
+
+use crate::ping::Drift;
+
+/// Values of tau that are tried: from this share of the least error to this multiple of the largest drift or
+/// error.
+const LEAST: f64 = 0.2;
+const LARGEST: f64 = 10.0;
+/// Their number.
+const VALUES: usize = 40;
+
+/// A relative drift, 1/s, and its standard deviation.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Relative {
+    pub(super) rate: f64,
+    pub(super) sd: f64,
+}
+
+/// What each point's drift is, given all of them. Those of unknown error stay as they are.
+pub(super) fn shared(own: &[Relative]) -> Vec<Relative> {
+    let known: Vec<Relative> = own.iter().copied().filter(|d| d.sd.is_finite() && d.sd > 0.0).collect();
+    let least = known.iter().map(|d| d.sd).fold(f64::INFINITY, f64::min);
+    if known.len() < 2 {
+        return own.to_vec();
+    }
+    let largest = known.iter().map(|d| d.sd.max(d.rate.abs())).fold(0.0, f64::max);
+    let ratio = (LARGEST * largest / (LEAST * least)).powf(1.0 / (VALUES - 1) as f64);
+    let laws: Vec<Law> = (0..VALUES).map(|k| Law::of(&known, LEAST * least * ratio.powi(k as i32))).collect();
+    let best = laws.iter().map(|l| l.log).fold(f64::NEG_INFINITY, f64::max);
+    let total: f64 = laws.iter().map(|l| (l.log - best).exp()).sum();
+    let of = |d: &Relative| {
+        if !(d.sd.is_finite() && d.sd > 0.0) {
+            return *d;
+        }
+        let (mut mean, mut square) = (0.0, 0.0);
+        for law in &laws {
+            let weight = (law.log - best).exp() / total;
+            let (value, variance) = law.given(d);
+            mean += weight * value;
+            square += weight * (variance + value * value);
+        }
+        Relative { rate: mean, sd: (square - mean * mean).max(0.0).sqrt() }
+    };
+    own.iter().map(of).collect()
+}
+
+/// One value of tau, with the logarithm of its likelihood, and the mean and its variance that go with it.
+struct Law {
+    square: f64,
+    log: f64,
+    mean: f64,
+    variance: f64,
+}
+
+impl Law {
+    fn of(known: &[Relative], tau: f64) -> Self {
+        let square = tau * tau;
+        let weight = |d: &Relative| (square + d.sd * d.sd).recip();
+        let total: f64 = known.iter().map(weight).sum();
+        let mean = known.iter().map(|d| weight(d) * d.rate).sum::<f64>() / total;
+        let term = |d: &Relative| weight(d).ln() - weight(d) * (d.rate - mean).powi(2);
+        let log = 0.5 * (known.iter().map(term).sum::<f64>() - total.ln());
+        Self { square, log, mean, variance: total.recip() }
+    }
+
+    /// Mean and variance of a drift that was measured so.
+    fn given(&self, d: &Relative) -> (f64, f64) {
+        let own = d.sd * d.sd;
+        let share = own / (self.square + own);
+        let value = d.rate + share * (self.mean - d.rate);
+        (value, share * self.square + share * share * self.variance)
+    }
+}
+
+/// The drift of each point's pings, from what they have in common, `common`, and the angular frequencies.
+pub(super) fn learnt(common: &[(Drift, f64)]) -> Vec<Drift> {
+    let relative =
+        |(drift, omega): &(Drift, f64)| Relative { rate: drift.rate / omega, sd: drift.sd / omega };
+    let found = shared(&common.iter().map(relative).collect::<Vec<_>>());
+    let back = |((drift, omega), found): (&(Drift, f64), Relative)| Drift {
+        rate: found.rate * omega,
+        sd: found.sd * omega,
+        ..*drift
+    };
+    common.iter().zip(found).map(back).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand_distr::{Distribution, StandardNormal};
+    use rijke_numerics::Streams;
+
+    /// Frequencies of `points` points: rms of error over stated deviation, share inside two, and the stated
+    /// deviation over that of a fit which knows that nothing drifts. In units of that deviation a drift of 1
+    /// moves the frequency by 2, and is known to 1, as in a long decay. Points drift by `mean`, with a
+    /// scatter.
+    fn study(points: usize, mean: f64, scatter: f64) -> (f64, f64, f64) {
+        let (mut squares, mut inside, mut stated, seeds) = (0.0, 0.0, 0.0, 200_u64);
+        for seed in 0..seeds {
+            let mut stream = Streams::new(seed).stream(&format!("drifts {points} {mean} {scatter}"));
+            let mut normal = || -> f64 { StandardNormal.sample(&mut stream) };
+            let truth: Vec<f64> = (0..points).map(|_| mean + scatter * normal()).collect();
+            let own: Vec<Relative> = truth.iter().map(|t| Relative { rate: t + normal(), sd: 1.0 }).collect();
+            for (found, truth) in shared(&own).iter().zip(&truth) {
+                let error = normal() - 2.0 * (found.rate - truth);
+                let sd = (1.0 + 4.0 * found.sd * found.sd).sqrt();
+                squares += (error / sd).powi(2);
+                inside += f64::from(u8::from(error.abs() < 2.0 * sd));
+                stated += sd;
+            }
+        }
+        let n = points as f64 * seeds as f64;
+        ((squares / n).sqrt(), inside / n, stated / n)
+    }
+
+    #[test]
+    fn coverage_of_drifts_that_no_point_shows() {
+        for points in [1, 2, 5, 20] {
+            for (mean, scatter) in [(0.0, 0.0), (0.3, 0.0), (1.0, 0.0), (3.0, 0.0), (0.0, 1.0), (2.0, 3.0)] {
+                let (rms, inside, stated) = study(points, mean, scatter);
+                println!("| {points} | {mean} | {scatter} | {rms:.2} | {inside:.3} | {stated:.2} |");
+                assert!(rms < 1.15 && inside > 0.92, "{points} {mean} {scatter}: {rms} {inside}");
+                assert!(scatter > 0.0 || points < 20 || stated < 1.5, "{points} {mean}: {stated}");
+            }
+        }
+    }
+}

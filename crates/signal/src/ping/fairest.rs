@@ -1,0 +1,92 @@
+//! A chirp or a second mode: which of them a decay holds that one mode does not explain.
+//!
+//! A frequency that drifts during the decay looks like two modes close together, and two modes look like a
+//! drift. Of the fits with and without a chirp, with and without close neighbours, that of most likelihood
+//! counts, each free number at a price of half the logarithm of the number of samples (Schwarz, Ann. Statist.
+//! 6 (1978) 461).
+
+use super::ringing::Ringing;
+use crate::ringdown::{Component, Kind, Solution, White};
+use std::f64::consts::TAU;
+
+/// Distance from every known component, Hz, at which a further tone is sought: nearer ones are what the first
+/// guess is for.
+pub(super) const APART_HZ: f64 = 12.0;
+/// Standard deviations of the residual variance beyond which something is left to explain.
+const LEFT: f64 = 4.0;
+
+/// Whether a fit may be of the wrong kind: it has a mode close to the first one, or leaves more than noise of
+/// the given variance.
+pub(super) fn is_doubtful(found: &Solution, noise: f64) -> bool {
+    let excess = LEFT * (2.0 / found.freedom.max(1.0)).sqrt();
+    has_close_neighbour(&found.components) || found.variance() > (1.0 + excess) * noise
+}
+
+/// The fairest fit of `white`, whose noise has the given variance and may ring the mode: `found`, or one
+/// that `fit` makes of other components.
+pub(super) fn fairest(
+    white: White<'_>,
+    (noise, ringing): (f64, Ringing),
+    found: Solution,
+    fit: &dyn Fn(Vec<Component>) -> Option<Solution>,
+) -> Solution {
+    let with = |list: &[Component], chirp: Option<f64>, close: bool| -> Vec<Component> {
+        let mut list: Vec<Component> = list
+            .iter()
+            .enumerate()
+            .filter(|(k, c)| *k == 0 || close || !is_close(c, &list[0]))
+            .map(|(_, c)| *c)
+            .collect();
+        list[0].chirp = chirp;
+        list
+    };
+    let now = &found.components;
+    let chirp = Some(now[0].chirp.unwrap_or(0.0));
+    let mut tried = vec![with(now, chirp, false)];
+    if has_close_neighbour(now) {
+        tried.push(with(now, chirp, true));
+        // The two may lie on both sides of the one.
+        tried.push(merged(&found, with(now, chirp, false)));
+    }
+    if now[0].chirp.is_some() {
+        tried.push(with(now, None, false));
+    }
+    let others: Vec<Solution> = tried.into_iter().filter_map(fit).collect();
+    let least = others.iter().map(Solution::variance).fold(found.variance(), f64::min).max(noise);
+    let samples = (white.samples.len().max(2) as f64).ln();
+    let chance = ringing.close_energy(white.step);
+    let cost = |s: &Solution| {
+        let close = s.components.iter().skip(1).filter(|c| is_close(c, &s.components[0])).count() as f64;
+        let bent = if s.components[0].chirp.is_some() { 0.5 } else { 0.0 };
+        (s.residual + chance * (close + bent)) / least + samples * s.numbers() as f64
+    };
+    others.into_iter().fold(found, |best, next| if cost(&next) < cost(&best) { next } else { best })
+}
+
+/// The components with the first one where it and its close neighbours lie on average.
+fn merged(found: &Solution, mut components: Vec<Component>) -> Vec<Component> {
+    let first = found.components[0];
+    let (mut sum, mut weight) = (first.s * 0.0, 0.0);
+    for (k, component) in found.components.iter().enumerate() {
+        if k == 0 || is_close(component, &first) {
+            let size: f64 = found.amplitudes[k].iter().map(|b| b.norm()).sum();
+            sum += component.s * size;
+            weight += size;
+        }
+    }
+    if weight > 0.0 && sum.re < 0.0 {
+        components[0].s = sum / weight;
+    }
+    components
+}
+
+/// Whether another mode lies so close to the first that it may stand for a decay that is not one: a stretch
+/// that begins within the forcing.
+pub(crate) fn has_close_neighbour(components: &[Component]) -> bool {
+    components.iter().skip(1).any(|c| is_close(c, &components[0]))
+}
+
+/// Whether a component is a mode so close to the first one.
+pub(super) fn is_close(component: &Component, first: &Component) -> bool {
+    component.kind == Kind::Mode && (component.s.im - first.s.im).abs() < TAU * APART_HZ
+}

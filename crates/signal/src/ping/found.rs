@@ -1,0 +1,52 @@
+//! What the fit of a ping has found.
+
+use super::chirp::Drift;
+use rijke_numerics::C64;
+use rijke_rig::Ping;
+
+/// One ring-down, fitted.
+#[derive(Clone, Debug)]
+pub struct PingFit {
+    /// The measurement. Channel delays and gains are those of the record: see
+    /// [`crate::ChannelDelays::correct`].
+    pub ping: Ping,
+    /// All modes fitted, the one of interest first, 1/s.
+    pub modes: Vec<C64>,
+    /// First guess of the mode of interest, by ESPRIT; for comparison only.
+    pub subspace_guess: C64,
+    /// Complex amplitude of the mode of interest in each channel at `start`, units of the record.
+    pub amplitudes: Vec<C64>,
+    /// Every tone fitted, the mains after the modes: growth rate and frequency, 1/s, and amplitude in each
+    /// channel at the start of the window, units of the record.
+    pub tones: Vec<(C64, Vec<C64>)>,
+    /// First and last time used, s from the first sample of the record.
+    pub window: (f64, f64),
+    /// Amplitude over noise in each channel; noise as the sd of white noise of equal density near the mode.
+    pub signal_to_noise: Vec<f64>,
+    /// Harmonics of the mains that were fitted, and their fundamental, Hz.
+    pub mains: (Vec<u32>, f64),
+    /// Variance of the residuals over that of the quiet part: 1 if the model holds.
+    pub residual_variance: f64,
+    /// How the frequency of the mode drifts during the decay. If that is significant, `ping` and `modes` hold
+    /// the frequency at the end of the forcing, with the error that the drift leaves; otherwise the frequency
+    /// is that of about one decay time later.
+    pub drift: Drift,
+    /// Ljung-Box statistic of the whitened residuals over 20 lags and all channels, as a standard normal
+    /// deviate; the colour of the noise is known only as well as the quiet part shows it, which is allowed
+    /// for.
+    pub whiteness: f64,
+}
+
+impl PingFit {
+    /// The ping with the frequency at the end of the forcing and the error that any drift leaves, found or
+    /// not: a drift below what one record shows moves the frequency by several of the errors that a steady
+    /// one would have.
+    #[must_use]
+    pub fn at_the_end_of_forcing(&self) -> Ping {
+        let mut ping = self.ping.clone();
+        if !self.drift.is_significant() && self.drift.sd.is_finite() {
+            self.drift.remove(&mut ping);
+        }
+        ping
+    }
+}

@@ -1,0 +1,164 @@
+//! From a fit of a ring-down to a measurement, or to the reason why there is none.
+
+use super::alike::Decay;
+use super::chirp::Drift;
+use super::forcing::Change;
+use super::found::PingFit;
+use super::options::PingOptions;
+use super::relative::relative;
+use super::ringing::{self, Ringing};
+use super::verdict::{self, Residue};
+use crate::Fault;
+use crate::dsp::noise::Whitener;
+use crate::ringdown::{Component, Kind, Solution, White, fundamental};
+use rijke_numerics::C64;
+
+/// Standard deviations from which noise that rings the mode is taken as real where silence does not show it.
+const NARROW: f64 = 3.0;
+
+/// The maximum-likelihood fit together with what it was made from.
+pub(super) struct Fitted {
+    pub(super) whitener: Whitener,
+    pub(super) harmonics: Vec<u32>,
+    /// The quiet part, white.
+    pub(super) silence: Vec<f64>,
+    pub(super) ringing: Ringing,
+    pub(super) white: Vec<f64>,
+    pub(super) channels: usize,
+    pub(super) step: f64,
+    /// Samples from which the colour of the noise was learnt.
+    pub(super) learnt_from: usize,
+    /// First sample of the record that `white` stands for.
+    pub(super) offset: usize,
+    /// Rows of `white` that were fitted.
+    pub(super) rows: (usize, usize),
+    /// Where the forcing ended.
+    pub(super) end: Change,
+    pub(super) guess: C64,
+    pub(super) solution: Solution,
+    /// Whether the forcing may have gone on after what was taken for its end.
+    pub(super) doubtful: bool,
+}
+
+impl Fitted {
+    fn white(&self, from: usize, to: usize) -> White<'_> {
+        White {
+            samples: &self.white[from * self.channels..to * self.channels],
+            channels: self.channels,
+            step: self.step,
+        }
+    }
+
+    pub(super) fn residuals(&self) -> Vec<f64> {
+        self.solution.residuals(self.white(self.rows.0, self.rows.1), 0.0)
+    }
+
+    /// Power of the noise that rings the mode, if there is any, enlarged for the few degrees of freedom that
+    /// tell of it: silence, decay and tail.
+    fn narrow(&self) -> Result<Option<f64>, Fault> {
+        let (s, shape) = (self.solution.components[0].s, &self.solution.amplitudes[0]);
+        let white = |samples| White { samples, channels: self.channels, step: self.step };
+        let rest = self.white(self.rows.0, self.white.len() / self.channels);
+        let left = self.solution.residuals(rest, 0.0);
+        let found = ringing::power(s, shape, &[white(&self.silence), white(&left)]);
+        if self.ringing.is_some() {
+            let silent = ringing::power(s, shape, &[white(&self.silence)]).or(found);
+            let most = silent.map_or(self.ringing.power, |p| p.value).max(0.5 * self.ringing.power);
+            if let Some((row, ratio)) =
+                ringing::beyond(white(&left[..(self.rows.1 - self.rows.0) * self.channels]), s, most)
+            {
+                let at = (self.offset + self.rows.0 + row) as f64 * self.step;
+                let frequency_hz = s.im / std::f64::consts::TAU;
+                return Err(Fault::Residual { at, channel: 0, ratio, frequency_hz });
+            }
+        }
+        let Some(found) = found else { return Ok(None) };
+        let clear = self.ringing.is_some() || found.value > NARROW * found.sd;
+        let enlarged = found.value.max(found.sd) * found.freedom / (found.freedom - 2.0);
+        Ok(clear.then_some(enlarged))
+    }
+
+    /// Turns the fit into a measurement, or refuses it.
+    pub(super) fn judged(self, options: &PingOptions) -> Result<PingFit, Fault> {
+        let s = self.solution.components[0].s;
+        if s.re >= 0.0 {
+            return Err(Fault::NotDecaying { growth_rate: s.re });
+        }
+        let (from, to) = self.rows;
+        let at = |row: usize| (self.offset + row) as f64 * self.step;
+        let (unwhiten, log_slopes) = self.whitener.unwhiten(s, self.step);
+        let white_amplitudes = &self.solution.amplitudes[0];
+        let amplitudes: Vec<C64> =
+            unwhiten.iter().map(|row| row.iter().zip(white_amplitudes).map(|(u, b)| u * b).sum()).collect();
+        let tone = |(k, component): (usize, &Component)| {
+            let (unwhiten, _) = self.whitener.unwhiten(component.s, self.step);
+            let white = &self.solution.amplitudes[k];
+            let amplitude = |row: &Vec<C64>| row.iter().zip(white).map(|(u, b)| u * b).sum();
+            (component.s, unwhiten.iter().map(amplitude).collect())
+        };
+        let tones = self.solution.components.iter().enumerate().map(tone).collect();
+        let deviations = self.whitener.deviations(s.im, self.step);
+        let signal_to_noise: Vec<f64> =
+            amplitudes.iter().zip(&deviations).map(|(a, d)| a.norm() / d).collect();
+        verdict::signal(&signal_to_noise, options.silent_channels)?;
+        let left = self.residuals();
+        let white_of = |samples| White { samples, channels: self.channels, step: self.step };
+        let calm = self.ringing.taken_out(white_of(&left));
+        let narrow = self.narrow()?;
+        let residue = Residue {
+            samples: &calm,
+            channels: self.channels,
+            step: self.step,
+            begin: at(from),
+            mode_hz: s.im / std::f64::consts::TAU,
+            narrow: self.ringing.is_some(),
+        };
+        if self.ringing.is_some() {
+            let samples = &ringing::levelled(calm.clone(), self.channels);
+            Residue { samples, ..residue }.check(options.mains_hz)?;
+        } else {
+            residue.check(options.mains_hz)?;
+        }
+        residue.check_whole(self.learnt_from)?;
+        let rings = self.ringing.is_some();
+        let variance =
+            if rings { ringing::calm_variance(&calm, s, self.step) } else { self.solution.variance() };
+        let whiten = &self.whitener.whiten(s, self.step);
+        let (white, amplitudes_now, step) = (white_amplitudes, &amplitudes, self.step);
+        Decay { s, white, amplitudes: amplitudes_now, whiten, left: &left, step, variance }.check()?;
+        let covariance = self.solution.mode_covariance(0);
+        let mut ping =
+            relative(s, &amplitudes, options.reference, &unwhiten, &log_slopes, &covariance, variance);
+        let drift = Drift::of(&self.solution, self.white(from, to)).with_variance(&self.solution, variance);
+        if self.solution.components[0].chirp.is_some() {
+            drift.put_back(&mut ping);
+        }
+        let since = |rows: usize| rows as f64 * self.step;
+        let mut drift = drift.counted_from(since(from - self.end.row), since(self.end.lag + 1));
+        if let Some(power) = narrow {
+            ringing::widen(&mut ping, &mut drift, power, &self.solution, to - from, self.step);
+        }
+        if drift.is_significant() {
+            drift.remove(&mut ping);
+        }
+        let mut modes: Vec<C64> =
+            self.solution.components.iter().filter(|c| c.kind == Kind::Mode).map(|c| c.s).collect();
+        if let Some(mode) = modes.first_mut() {
+            *mode = ping.s;
+        }
+        let mains = fundamental(&self.solution.components).map(|omega| omega / std::f64::consts::TAU);
+        Ok(PingFit {
+            ping,
+            modes,
+            drift,
+            subspace_guess: self.guess,
+            amplitudes,
+            tones,
+            window: (at(from), at(to)),
+            signal_to_noise,
+            mains: (self.harmonics, mains.unwrap_or(options.mains_hz)),
+            residual_variance: variance,
+            whiteness: residue.whiteness(self.learnt_from),
+        })
+    }
+}
