@@ -79,7 +79,10 @@ pub enum Fault {
         sample: usize,
     },
     /// Samples sit at full scale, or the waveform has a flat top.
-    #[error("channel {channel} is clipped: {samples} samples sit at its extreme value {level:.4e}")]
+    #[error(
+        "channel {channel} is clipped: {samples} samples sit at its extreme value {level:.4e}. Lower the gain; where it is this channel alone, \
+         `dead = [{channel}]` in the manifest keeps the others"
+    )]
     Clipped {
         /// The channel with most clipped samples.
         channel: usize,
@@ -91,7 +94,7 @@ pub enum Fault {
     /// A channel holds one constant value throughout, or hardly more where the others hold a signal.
     #[error(
         "channel {channel} is missing: its samples span {span:.1e}, the median of the channels {median:.1e}. Look after its microphone and cable, or \
-         write `dead = [{channel}]` in the manifest"
+         write `dead = [{channel}]` in the manifest, and another `reference` in rig.toml if it is that"
     )]
     DeadChannel {
         /// The channel.
@@ -104,7 +107,7 @@ pub enum Fault {
     /// A channel holds noise where every other channel holds a signal.
     #[error(
         "channel {channel} carries no signal: its amplitude is {ratio:.2} times the noise, the median of the channels is {median:.0}. Look after its \
-         microphone and cable, or write `dead = [{channel}]` in the manifest"
+         microphone and cable, or write `dead = [{channel}]` in the manifest, and another `reference` in rig.toml if it is that"
     )]
     NoSignal {
         /// The channel.
@@ -294,7 +297,8 @@ pub enum Fault {
     /// A channel is loud and bent.
     #[error(
         "channel {channel} saturates: the forcing holds its third harmonic with {:.1} % of its amplitude, and the decay loses it with the \
-         amplitude. Lower the gain, or drive the loudspeaker less",
+         amplitude. Lower the gain, or drive the loudspeaker less; where it is this channel alone, `dead = [{channel}]` in the manifest keeps the \
+         others",
         100.0 * share
     )]
     Saturated {

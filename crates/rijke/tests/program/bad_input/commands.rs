@@ -64,7 +64,7 @@ pub(super) const CASES: [Case; 31] = [
             std::fs::write(d.join("flame/modes.csv"), table).unwrap();
         },
         "infer flame/n-tau.toml --data flame/modes.csv",
-        ["flame/modes.csv, line 2", "in the region of the search; give a frequency", "Correct that row"],
+        ["flame/modes.csv, line 3", "in the region of the search; give a frequency", "Correct that row"],
     ),
     case(
         "prediction before the ranking",
