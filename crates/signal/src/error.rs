@@ -345,6 +345,17 @@ pub enum Fault {
         /// Difference over its standard deviation.
         distance: f64,
     },
+    /// A second mode and a drift together, of which one can stand for a forcing that goes on.
+    #[error(
+        "the decay is fitted only by a second mode {apart_hz:.2} Hz from the first together with a frequency that drifts, by {drift:.1} rad/s^2: \
+         a loudspeaker that goes on looks like that. Switch it off suddenly, by a relay, and record for longer"
+    )]
+    TwoReadings {
+        /// Distance of the two modes, Hz.
+        apart_hz: f64,
+        /// Drift of the angular frequency, rad/s^2.
+        drift: f64,
+    },
     /// The gain of a channel drifts during the decay.
     #[error(
         "channel {channel} decays otherwise than the others: its growth rate is {:.3} 1/s and theirs {:.3} 1/s, {distance:.1} standard deviations \

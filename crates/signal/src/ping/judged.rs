@@ -15,6 +15,8 @@ use rijke_numerics::C64;
 
 /// Standard deviations from which noise that rings the mode is taken as real where silence does not show it.
 const NARROW: f64 = 3.0;
+/// A second mode nearer than this, with a drift beside it, is no mode of a rig, Hz.
+const TOUCHING_HZ: f64 = 2.0;
 
 /// The maximum-likelihood fit together with what it was made from.
 pub(super) struct Fitted {
@@ -139,6 +141,11 @@ impl Fitted {
             ringing::widen(&mut ping, &mut drift, power, &self.solution, to - from, self.step);
         }
         if drift.is_significant() {
+            let apart = |c: &Component| (c.s.im - s.im).abs() / std::f64::consts::TAU;
+            let modes = self.solution.components.iter().skip(1).filter(|c| c.kind == Kind::Mode);
+            if let Some(apart_hz) = modes.map(apart).find(|apart| *apart < TOUCHING_HZ) {
+                return Err(Fault::TwoReadings { apart_hz, drift: drift.rate });
+            }
             drift.remove(&mut ping);
         }
         let mut modes: Vec<C64> =
