@@ -268,7 +268,7 @@ mod tests {
         let campaign = |text: &str| {
             crate::Campaign::parse(&crate::source::Source { file: "campaign.csv".into(), text: text.into() })
         };
-        let campaign = campaign("point,L [m]\na,1\nb,2\nc,1\n").unwrap();
+        let campaign = campaign("point,x [m]\na,1\nb,2\nc,1\n").unwrap();
         let mode = |point: usize, growth: Option<f64>| crate::ObservedMode {
             point,
             label: String::new(),

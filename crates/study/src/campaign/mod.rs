@@ -89,9 +89,10 @@ mod tests {
             message("point,x [m]\na,1\na,2\n"),
             "campaign.csv, line 3: a second point is called `a`; every name must be different"
         );
-        let of_a_factor = message("point,x [m],x_sd [mm]\na,1,2\n");
-        assert!(of_a_factor.starts_with("campaign.csv, line 1: `x_sd` would be"), "{of_a_factor}");
-        assert!(of_a_factor.contains("[unknown.x]"), "{of_a_factor}");
+        let of_a_factor = message("point,x [m],x_sd [s]\na,1,2\n");
+        assert!(of_a_factor.starts_with("campaign.csv, line 1: `x_sd` is in s and `x` in m"), "{of_a_factor}");
+        let negative = message("point,x [m],x_sd [mm]\na,1,-2\n");
+        assert!(negative.starts_with("campaign.csv, line 2: `x_sd` is `-0.002`"), "{negative}");
         assert!(message("id,x\na,1\n").starts_with("campaign.csv, line 1: `point` is missing; "));
         assert!(message("point,x [furlong]\na,1\n").contains("furlong"));
         assert!(message("point,x [m]\na,1;2\n").contains("`x` is `1;2`, but must be a finite number"));
@@ -180,8 +181,8 @@ mod tests {
         assert!(unit.starts_with("campaign.toml, line 3: ") && unit.contains("furlong"), "{unit}");
         let id = wrong("[defaults]\nid = \"a\"\n[[point]]\nid = \"b\"\n");
         assert!(id.starts_with("campaign.toml, line 2: "), "{id}");
-        let sd = wrong("[units]\nx = \"m\"\nx_sd = \"m\"\n[[point]]\nid = \"a\"\n");
-        assert!(sd.contains("`x_sd` would be"), "{sd}");
+        let sd = wrong("[units]\nx = \"m\"\nx_sd = \"s\"\n[[point]]\nid = \"a\"\n");
+        assert!(sd.contains("`x_sd` is in s"), "{sd}");
         let alone = wrong("[defaults]\nT_amb_sd = 0.2\n[[point]]\nid = \"a\"\n");
         assert!(alone.contains("`T_amb` is missing"), "{alone}");
     }
