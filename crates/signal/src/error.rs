@@ -345,17 +345,13 @@ pub enum Fault {
         /// Difference over its standard deviation.
         distance: f64,
     },
-    /// A second mode and a drift together, of which one can stand for a forcing that goes on.
+    /// A second mode so near, Hz, and a drift, rad/s^2, together: a forcing that goes on may be fitted by
+    /// both.
     #[error(
-        "the decay is fitted only by a second mode {apart_hz:.2} Hz from the first together with a frequency that drifts, by {drift:.1} rad/s^2: \
+        "the decay is fitted only by a second mode {0:.2} Hz from the first together with a frequency that drifts, by {1:.1} rad/s^2: \
          a loudspeaker that goes on looks like that. Switch it off suddenly, by a relay, and record for longer"
     )]
-    TwoReadings {
-        /// Distance of the two modes, Hz.
-        apart_hz: f64,
-        /// Drift of the angular frequency, rad/s^2.
-        drift: f64,
-    },
+    TwoReadings(f64, f64),
     /// The gain of a channel drifts during the decay.
     #[error(
         "channel {channel} decays otherwise than the others: its growth rate is {:.3} 1/s and theirs {:.3} 1/s, {distance:.1} standard deviations \
@@ -386,28 +382,18 @@ pub enum Fault {
         /// The same in standard deviations.
         distance: f64,
     },
-    /// The fit did not settle.
-    #[error("the fit did not settle in {steps} steps: the last step was {step:.2e} standard deviations")]
-    NotConverged {
-        /// Steps taken.
-        steps: usize,
-        /// Length of the last step in standard deviations.
-        step: f64,
-    },
+    /// The fit did not settle: steps taken, and the length of the last in standard deviations.
+    #[error("the fit did not settle in {0} steps: the last step was {1:.2e} standard deviations")]
+    NotConverged(usize, f64),
     /// A channel has the opposite sign of the others.
     #[error("channel {channel} has the opposite polarity")]
     Inverted {
         /// The channel.
         channel: usize,
     },
-    /// The result lies away from those of the other repeats.
-    #[error("{quantity} lies {distance:.1} standard deviations from the median of the repeats")]
-    Outlier {
-        /// Which quantity.
-        quantity: String,
-        /// How far, in standard deviations.
-        distance: f64,
-    },
+    /// The result lies away from those of the other repeats: the quantity, and how many standard deviations.
+    #[error("{0} lies {1:.1} standard deviations from the median of the repeats")]
+    Outlier(String, f64),
     /// The algebra failed, as it does when two modes coincide.
     #[error("the fit is singular: {0}")]
     Singular(#[from] rijke_numerics::DenseError),

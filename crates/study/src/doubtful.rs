@@ -121,8 +121,8 @@ impl Study {
 }
 
 impl ObservedModes {
-    /// Which points have the numbers of an earlier one to the last digit, in a sentence: a row that was copied
-    /// counts as a measurement of its own, and makes what is trained too certain.
+    /// Which points have the numbers of an earlier one to the last digit, in a sentence: a row that was
+    /// copied counts as a measurement of its own, and makes what is trained too certain.
     #[must_use]
     pub fn copied(&self, campaign: &Campaign) -> Option<String> {
         let point = |k: usize| &campaign.points[self.modes[k].point];

@@ -1,11 +1,11 @@
 //! Predictions of a saved model at any values of the factors, measured or not.
 
 use super::average::OpenModel;
+use super::combined::{assembly_of, first_model};
 use super::followed::Followed;
-use super::inputs::{ambient_of_all, conditions, observed, states};
+use super::inputs::{ambient_of_all, conditions, states};
+use super::meant::observed;
 use super::predicted::{Forecast, averaged};
-use super::rows::{assembly_of, first_of_responses, rows_of};
-use crate::rows::Choice;
 use crate::{
     Assembly, Conditions, EngineError, Misfit, Observed, PointModel, PointPrediction, SavedModel, Spectrum,
     TrainedPosterior,
@@ -72,25 +72,6 @@ pub fn modes_at(
     devices.dedup();
     let temperature = [stated, conditions.base.temperature[0]];
     Ok((region, spectrum, devices, temperature))
-}
-
-/// The model of the first row of the last stage, at the centre of its priors.
-///
-/// # Errors
-/// [`EngineError::NoPoint`] for a study without stages.
-pub(super) fn first_model(study: &Study) -> Result<(Assembly, Vec<f64>), EngineError> {
-    let mut done: BTreeMap<String, Choice> = first_of_responses(study);
-    for stage in &study.plan.stages {
-        let rows = rows_of(study, stage, &|id| done.get(id).cloned().into_iter().collect());
-        if let Some(row) = rows.into_iter().next() {
-            done.insert(stage.id.clone(), row.choice);
-        }
-    }
-    let last = study.plan.stages.iter().rev().find_map(|s| Some((s, done.get(&s.id)?)));
-    let (stage, choice) = last.ok_or_else(|| EngineError::NoPoint { stage: study.plan.name.clone() })?;
-    let assembly = assembly_of(study, choice, &stage.hold)?;
-    let values = assembly.parameters().iter().map(|p| p.prior.quantile(0.5)).collect();
-    Ok((assembly, values))
 }
 
 /// What the saved model says of points of the campaign, by their places: of every mode that it was trained

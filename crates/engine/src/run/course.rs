@@ -1,6 +1,7 @@
 //! A study with what has been trained of it so far.
 
-use super::inputs::{ambient_of_all, left_out, observed, selected, states_and_heat};
+use super::inputs::{ambient_of_all, left_out, selected, states_and_heat};
+use super::meant::observed;
 use super::record::{CarriedOn, ModelRecord, TrainedParameter};
 use crate::response::Ground;
 use crate::rows::Choice;

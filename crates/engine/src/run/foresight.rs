@@ -1,8 +1,8 @@
 //! What planned measurements would tell of the models of a study, before anything is measured.
 
+use super::combined::{assembly_of, first_of_responses, rows_of};
 use super::inputs::{ambient_of_all, conditions_or_ambient, lacks_state, states};
 use super::record::UNIDENTIFIED;
-use super::rows::{assembly_of, first_of_responses, rows_of};
 use crate::rows::{Choice, Row};
 use crate::{Assembly, Conditions, EngineError, PointModel};
 use rayon::prelude::*;

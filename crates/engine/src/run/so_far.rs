@@ -1,6 +1,7 @@
 //! A study as far as it has been measured.
 
-use super::inputs::{ambient_of_all, observed, selected, states};
+use super::inputs::{ambient_of_all, selected, states};
+use super::meant::observed;
 use super::record::StageRecord;
 use crate::EngineError;
 use rijke_study::plan::{SdSpec, Stage};

@@ -102,8 +102,8 @@ fn oracle_errors_of_a_factor_count_once_for_each_setting() {
         ];
         parameter(&run(&Folder::new(name, &files).0).unwrap()[0], "r")[1]
     };
-    // s = c (ln r + i pi)/L: dg/dr = c/(L r), dg/dL = -g/L, dw/dL = -w/L. Information of r and of the error of
-    // each length, whose prior is its standard deviation; r by Schur's complement.
+    // s = c (ln r + i pi)/L: dg/dr = c/(L r), dg/dL = -g/L, dw/dL = -w/L. Information of r and of the error
+    // of each length, whose prior is its standard deviation; r by Schur's complement.
     let slopes = [c / (length * r), -growth / length, -omega / length];
     let expected = |settings: f64, rows_of_each: f64| {
         let (g, w) = (rows_of_each / (of_growth * of_growth), rows_of_each / (of_omega * of_omega));

@@ -35,7 +35,8 @@ pub struct Built {
     pub actors: Vec<String>,
     /// Whether nothing in it can feed energy to a mode.
     pub passive: bool,
-    /// The largest noise of a measured table, of its largest value ([`crate::laws::Table::noise`]); 0 without tables.
+    /// The largest noise of a measured table, of its largest value ([`crate::laws::Table::noise`]); 0
+    /// without tables.
     pub noise: f64,
     /// What is doubtful but possible.
     pub warnings: Vec<Warning>,

@@ -29,7 +29,7 @@ fn modes(text: &str) -> Option<Vec<C64>> {
 
 #[test]
 #[ignore = "long: 720 tables, their modes and those of twenty draws of each; docs/records/network.md"]
-fn ghosts_of_noisy_tables() {
+fn coverage_ghosts_of_noisy_tables() {
     println!(
         "| tolerance over noise | tables | refused | with a ghost, silent | with a ghost, said | that lack a mode |"
     );

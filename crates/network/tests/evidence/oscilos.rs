@@ -63,7 +63,8 @@ fn oracle_eigenvalues_that_oscilos_prints() {
     let modes = chain.modes(&region).unwrap();
     let ruled: Vec<_> =
         modes.modes.iter().filter_map(|m| by_the_rule_of_oscilos(&chain, m.s).unwrap()).collect();
-    // The second of its numbers is not a zero of its own equation to all digits printed: its search ends before.
+    // The second of its numbers is not a zero of its own equation to all digits printed: its search ends
+    // before.
     for ([hertz, growth], within) in [([53.71, -197.95], [0.006, 0.006]), ([186.36, 160.34], [0.02, 0.11])] {
         let near = ruled.iter().min_by(|a, b| {
             let off = |s: &rijke_numerics::C64| (s.im - 2.0 * PI * hertz).abs();

@@ -1,8 +1,10 @@
 //! Rational functions of s near tables of gain and phase over frequency. Must not know of what they are
 //! measured.
 //!
-//! `rows` holds a table; `relocate` finds residues and poles by least squares; `table` fits with both.
+//! `rows` holds a table; `aaa` finds poles; `relocate` finds residues and poles by least squares; `table`
+//! fits with both.
 
+mod aaa;
 mod relocate;
 mod rows;
 mod table;

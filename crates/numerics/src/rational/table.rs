@@ -2,9 +2,10 @@
 //! as partial fractions. The AAA algorithm (Nakatsukasa, Sete & Trefethen 2018) finds poles, least squares
 //! better ones and the residues.
 
+use super::aaa::fractions;
 use super::relocate::{Samples, relocate, residues, spread, upper};
 use super::rows::{COARSE, TableRow, phase_slope};
-use crate::{C64, DenseError, Jet, JetSpace, Matrix, Stream, complex_eigenvalues, least_direction};
+use crate::{C64, DenseError, Jet, JetSpace, Stream};
 use rand::RngExt;
 use std::f64::consts::PI;
 
@@ -103,10 +104,10 @@ impl Table {
     /// mean delay (the slope of the phase, by least squares) taken out before or not, whichever takes fewer
     /// poles.
     ///
-    /// The rows are met if each lies within the tolerance. They are met too if their deviations are those of
-    /// noise of which the tolerance is twice the root mean square or more: complex Gaussian errors e of rms
-    /// sigma have P(|e| > x) = exp(-x^2/sigma^2), so that some of many rows lie beyond 2 sigma, and a pole for
-    /// each of them would be one of the noise.
+    /// The rows are met if each lies within the tolerance. They are met too if their deviations are those
+    /// of noise of which the tolerance is twice the root mean square or more: complex Gaussian errors e of
+    /// rms sigma have P(|e| > x) = exp(-x^2/sigma^2), so that some of many rows lie beyond 2 sigma, and a
+    /// pole for each of them would be one of the noise.
     ///
     /// # Errors
     /// [`TableError`].
@@ -173,7 +174,9 @@ impl Table {
             let free = (0..rows.len()).filter(|k| !supports.contains(k));
             let Some(worst) = free.max_by(|&a, &b| gap(a).total_cmp(&gap(b))) else { break };
             supports.push(worst);
-            let aaa = fractions(omega, &values, &supports, delay, range)?;
+            let found = fractions(omega, &values, &supports, range[1])?;
+            let (constant, terms) = (found.constant, found.terms);
+            let aaa = Self { delay, constant, terms, deviation: unknown, noise: unknown, range };
             let order = aaa.terms.len();
             // One order less first, which AAA cannot have: it counts in pairs of supports.
             for poles in [spread(order - 1, range), upper(aaa.terms.iter().map(|t| t.0))] {
@@ -327,77 +330,5 @@ impl Table {
             sum = &sum + &s.shift(-pole).recip().scale(*residue);
         }
         &sum * &s.scale(C64::new(-self.delay, 0.0)).exp()
-    }
-}
-
-/// The AAA approximant with these support points and their conjugates, as partial fractions.
-fn fractions(
-    omega: &[f64],
-    values: &[C64],
-    supports: &[usize],
-    delay: f64,
-    range: [f64; 2],
-) -> Result<Table, TableError> {
-    let m = supports.len();
-    let rest: Vec<usize> = (0..omega.len()).filter(|k| !supports.contains(k)).collect();
-    // Weights a +- i b of each pair; real and imaginary part of each remaining row of Loewner's matrix.
-    let mut loewner = Matrix::zeros(2 * rest.len(), 2 * m);
-    for (row, &k) in rest.iter().enumerate() {
-        let (z, f) = (C64::new(0.0, omega[k]), values[k]);
-        for (column, &j) in supports.iter().enumerate() {
-            let (zj, fj) = (C64::new(0.0, omega[j]), values[j]);
-            let (one, two) = ((f - fj) / (z - zj), (f - fj.conj()) / (z - zj.conj()));
-            let (even, odd) = (one + two, C64::I * (one - two));
-            loewner[(2 * row, 2 * column)] = even.re;
-            loewner[(2 * row + 1, 2 * column)] = even.im;
-            loewner[(2 * row, 2 * column + 1)] = odd.re;
-            loewner[(2 * row + 1, 2 * column + 1)] = odd.im;
-        }
-    }
-    let unknowns = least_direction(&loewner)?;
-    let points: Vec<(C64, C64, C64)> = supports
-        .iter()
-        .enumerate()
-        .flat_map(|(column, &j)| {
-            let (z, w) = (C64::new(0.0, omega[j]), C64::new(unknowns[2 * column], unknowns[2 * column + 1]));
-            [(z, values[j], w), (z.conj(), values[j].conj(), w.conj())]
-        })
-        .collect();
-    // Zeros of sum w/(s - z): eigenvalues of Z (1 - e w'/sum w), whose one extra eigenvalue is 0.
-    let total: C64 = points.iter().map(|p| p.2).sum();
-    let n = points.len();
-    let scale = range[1];
-    let pencil: Vec<C64> = (0..n * n)
-        .map(|k| {
-            let (i, j) = (k / n, k % n);
-            let unit = if i == j { points[i].0 } else { C64::ZERO };
-            (unit - points[j].0 * points[j].2 / total) / scale
-        })
-        .collect();
-    let mut poles = complex_eigenvalues(&pencil, n)?;
-    poles.sort_by(|a, b| a.norm().total_cmp(&b.norm()));
-    let residue = |pole: C64| {
-        let above: C64 = points.iter().map(|(z, f, w)| w * f / (pole - z)).sum();
-        let below: C64 = points.iter().map(|(z, _, w)| -w / ((pole - z) * (pole - z))).sum();
-        above / below
-    };
-    let terms: Vec<(C64, C64)> = poles.iter().skip(1).map(|x| (x * scale, residue(x * scale))).collect();
-    let constant = (points.iter().map(|(_, f, w)| f * w).sum::<C64>() / total).re;
-    Ok(Table { delay, constant, terms, deviation: f64::INFINITY, noise: f64::INFINITY, range })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn exact_partial_fractions_of_a_low_pass_are_its_own() {
-        let filter = |omega: f64| 2.0 + 900.0 / C64::new(300.0, omega);
-        let omega = [50.0, 130.0, 310.0, 700.0, 1500.0];
-        let values = omega.map(filter);
-        let found = fractions(&omega, &values, &[2], 0.0, [50.0, 1500.0]).unwrap();
-        let [(pole, residue)] = found.terms[..] else { panic!("{found:?}") };
-        assert!((pole + 300.0).norm() < 1e-8 && (residue - 900.0).norm() < 1e-7, "{pole} {residue}");
-        assert!((found.rational(C64::new(0.0, 440.0)) - filter(440.0)).norm() < 1e-10);
     }
 }

@@ -164,7 +164,7 @@ impl Fitting {
             }
         }
         let Some((normal, squares)) = settled else {
-            return Err(Fault::NotConverged { steps: MAX_STEPS, step: length });
+            return Err(Fault::NotConverged(MAX_STEPS, length));
         };
         let samples: usize = rows.iter().map(|r| r.1 - r.0).sum();
         let unknowns = normal.rows() + 3 * rows.len();

@@ -144,7 +144,7 @@ impl Fitted {
             let apart = |c: &Component| (c.s.im - s.im).abs() / std::f64::consts::TAU;
             let modes = self.solution.components.iter().skip(1).filter(|c| c.kind == Kind::Mode);
             if let Some(apart_hz) = modes.map(apart).find(|apart| *apart < TOUCHING_HZ) {
-                return Err(Fault::TwoReadings { apart_hz, drift: drift.rate });
+                return Err(Fault::TwoReadings(apart_hz, drift.rate));
             }
             drift.remove(&mut ping);
         }

@@ -63,7 +63,7 @@ pub fn combine(values: &[(f64, Vec<f64>, Matrix)], names: &dyn Fn(usize) -> Stri
             let worst = (0..size).map(|i| (i, distance(i))).max_by(|a, b| a.1.total_cmp(&b.1));
             match worst {
                 Some((i, distance)) if distance > OUTLIER => {
-                    outliers.push((n, Fault::Outlier { quantity: names(i), distance }));
+                    outliers.push((n, Fault::Outlier(names(i), distance)));
                     false
                 }
                 _ => true,

@@ -85,7 +85,7 @@ pub(crate) fn solve(white: White<'_>, start: &[Component], close: f64) -> Result
                 _ if first < SETTLED => return state.finish(),
                 // A full step may leave the region where two close components are told apart.
                 _ if factor > 1e-3 => factor *= 0.3,
-                _ => return Err(Fault::NotConverged { steps: MAX_STEPS, step: first }),
+                _ => return Err(Fault::NotConverged(MAX_STEPS, first)),
             }
         }
         // Near the end a step contracts as the one before it did.
@@ -94,7 +94,7 @@ pub(crate) fn solve(white: White<'_>, start: &[Component], close: f64) -> Result
         }
         previous = length;
     }
-    if last < SETTLED { state.finish() } else { Err(Fault::NotConverged { steps: MAX_STEPS, step: last }) }
+    if last < SETTLED { state.finish() } else { Err(Fault::NotConverged(MAX_STEPS, last)) }
 }
 
 /// Where a first guess would lead, to first order: one step, not taken.

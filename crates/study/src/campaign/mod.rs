@@ -90,7 +90,10 @@ mod tests {
             "campaign.csv, line 3: a second point is called `a`; every name must be different"
         );
         let of_a_factor = message("point,x [m],x_sd [s]\na,1,2\n");
-        assert!(of_a_factor.starts_with("campaign.csv, line 1: `x_sd` is in s and `x` in m"), "{of_a_factor}");
+        assert!(
+            of_a_factor.starts_with("campaign.csv, line 1: `x_sd` is in s and `x` in m"),
+            "{of_a_factor}"
+        );
         let negative = message("point,x [m],x_sd [mm]\na,1,-2\n");
         assert!(negative.starts_with("campaign.csv, line 2: `x_sd` is `-0.002`"), "{negative}");
         assert!(message("id,x\na,1\n").starts_with("campaign.csv, line 1: `point` is missing; "));

@@ -2,6 +2,7 @@
 //!
 //! Knows the words of the file, and not what a stage finds.
 
+mod base_choice;
 mod ids;
 mod maps;
 mod noise;
@@ -66,12 +67,13 @@ pub enum Base {
     Measured(MeasuredGas),
 }
 
-/// Temperatures as the thermometers of `observations/readings.csv` read them, linear between their places; the
-/// ambient one at points without readings.
+/// Temperatures as the thermometers of `observations/readings.csv` read them, linear between their places;
+/// the ambient one at points without readings.
 #[derive(Clone, Debug, PartialEq, serde::Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MeasuredGas {
-    /// The factor that is the volume flow from upstream, m^3/s, at the temperature of the inlet; none: at rest.
+    /// The factor that is the volume flow from upstream, m^3/s, at the temperature of the inlet; none: at
+    /// rest.
     #[serde(default)]
     pub flow: Option<String>,
     /// Standard deviation of what all thermometers read too much, K.

@@ -1,12 +1,11 @@
 //! From the text of `study.toml` to a plan that names only what exists.
 
+use super::base_choice::BaseChoice;
 use super::ids::{known_stage, short_id};
 use super::maps::MapFile;
 use super::questions::Asked;
 use super::stands::{counted_once, known_ground};
-use super::{
-    Ask, Base, Cost, HeatedFlow, MeasuredGas, NoiseSpec, Plan, Prefer, Question, SdSpec, Selection, Stage,
-};
+use super::{Ask, Base, Cost, HeatedFlow, NoiseSpec, Plan, Prefer, Question, SdSpec, Selection, Stage};
 use crate::source::{Source, listed};
 use crate::{Campaign, Catalogue, Rig, StudyError, StudyProblem};
 use rijke_rig::Given;
@@ -59,52 +58,6 @@ impl CostFile {
             point: seconds("point", &self.point, 1.0)?,
             installation: installation.transpose()?.unwrap_or(0.0),
         })
-    }
-}
-
-#[derive(Clone, Debug, Default)]
-enum BaseChoice {
-    #[default]
-    Ambient,
-    Rig,
-    States(Selection),
-    HeatedFlow(HeatedFlow),
-    Measured(MeasuredGas),
-}
-
-impl<'de> Deserialize<'de> for BaseChoice {
-    fn deserialize<D: serde::Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
-        #[derive(Deserialize)]
-        #[serde(rename_all = "kebab-case")]
-        enum Table {
-            States(StatesFile),
-            HeatedFlow(HeatedFlow),
-            Measured(MeasuredGas),
-        }
-        #[derive(Deserialize)]
-        #[serde(deny_unknown_fields)]
-        struct StatesFile {
-            points: Selection,
-        }
-        let fail = |text: String| {
-            serde::de::Error::custom(format!(
-                "{text}; give base = \"ambient\", \"rig\" or \"states\", or a table [base.states], [base.heated-flow] or [base.measured]"
-            ))
-        };
-        match toml::Value::deserialize(from)? {
-            toml::Value::String(text) => match text.as_str() {
-                "ambient" => Ok(Self::Ambient),
-                "rig" => Ok(Self::Rig),
-                "states" => Ok(Self::States(Selection::default())),
-                other => Err(fail(format!("there is no base state `{other}`"))),
-            },
-            value => match value.try_into::<Table>() {
-                Ok(Table::States(file)) => Ok(Self::States(file.points)),
-                Ok(Table::HeatedFlow(heated)) => Ok(Self::HeatedFlow(heated)),
-                Ok(Table::Measured(measured)) => Ok(Self::Measured(measured)),
-                Err(error) => Err(fail(error.message().to_owned())),
-            },
-        }
     }
 }
 

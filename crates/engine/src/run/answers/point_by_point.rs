@@ -1,9 +1,9 @@
 //! A coefficient inferred at every point by itself (Figs. 6 and 7 of Juniper & Yoko 2022).
 
+use super::super::combined::assembly_of;
 use super::super::course::Run;
 use super::super::frame::{Frame, FrameColumn};
 use super::super::inputs::selected;
-use super::super::rows::assembly_of;
 use super::axes::{axis_label, symbol};
 use super::{AnswerPanel, Found, Layer, LayerLook};
 use crate::rows::with_candidates;

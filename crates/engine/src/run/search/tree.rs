@@ -3,7 +3,7 @@
 
 use crate::EngineError;
 use crate::rows::Choice;
-use crate::run::rows::rows_of;
+use crate::run::combined::rows_of;
 use rijke_study::Study;
 use rijke_study::plan::{Plan, SdSpec, Stage};
 use std::collections::{BTreeMap, BTreeSet};

@@ -9,9 +9,10 @@ mod table;
 
 pub use table::SliderAxis;
 
-use super::inputs::{ambient_of_all, observed, selected, states};
+use super::combined::assembly_of;
+use super::inputs::{ambient_of_all, selected, states};
+use super::meant::observed;
 use super::record::StageRecord;
-use super::rows::assembly_of;
 use crate::{Assembly, Conditions, EngineError, Misfit, Observed, PointModel, SavedModel};
 use rayon::prelude::*;
 use rijke_network::Workspace;
