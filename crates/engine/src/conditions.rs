@@ -19,8 +19,8 @@ pub struct Conditions {
     pub layout: RigAtPoint,
     /// The gas along the ducts.
     pub base: PointState,
-    /// For each factor that is not known exactly the same conditions a step of [`crate::errors::STEP`]
-    /// standard deviations of it on.
+    /// For each factor that is not known exactly the same conditions a small step along its error, a fiftieth
+    /// of its standard deviation.
     pub displaced: Vec<(Cause, Arc<Conditions>)>,
 }
 
