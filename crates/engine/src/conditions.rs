@@ -19,8 +19,8 @@ pub struct Conditions {
     pub layout: RigAtPoint,
     /// The gas along the ducts.
     pub base: PointState,
-    /// For each factor that is not known exactly the same conditions a small step along its error, a fiftieth
-    /// of its standard deviation.
+    /// For each factor that is not known exactly its cause of error, and the conditions with the factor moved
+    /// by a fiftieth of its standard deviation.
     pub displaced: Vec<(Cause, Arc<Conditions>)>,
 }
 

@@ -129,10 +129,7 @@ pub fn train(
             Some(law) => errors.and(law.changes(observed, used, values)?),
             None => errors,
         };
-        let errors = match of_factors {
-            true => errors.and(BaseErrors::of_factors(assembly, observed, used, values)?),
-            false => errors,
-        };
+        let errors = errors.and(BaseErrors::of_factors(assembly, observed, used, values)?);
         let (common, errors) = Common::of(errors, observed, used)?;
         let alone = !training.base_errors && errors.is_none();
         let (data, order) = if alone { blocks.apart() } else { blocks.together(&errors) }?;

@@ -159,11 +159,8 @@ fn of_factors(
         return Ok(Vec::new());
     }
     let work = &mut Workspace::default();
-    let mut predicted = |conditions: &Conditions, near: C64| -> Result<Vec<f64>, EngineError> {
-        let model = PointModel::new(assembly, conditions, microphones)?.starting_from(near);
-        let response = model.respond(values, Order::Value, work)?;
-        Ok(parts(model.numbers(&response).map(|z| z.value())))
-    };
+    let mut predicted =
+        |conditions: &Conditions, near| predicted(assembly, conditions, near, microphones, values, work);
     let here = predicted(&observed.conditions, observed.near)?;
     let near = C64::new(here[0], here[1]);
     let change = |(cause, moved): &(Cause, Arc<Conditions>)| {
@@ -185,11 +182,9 @@ pub(crate) fn changes(
     here: Option<&[f64]>,
 ) -> Result<Changes, EngineError> {
     let work = &mut Workspace::default();
-    let mut predicted = |base: PointState, near: C64| -> Result<Vec<f64>, EngineError> {
+    let mut predicted = |base: PointState, near| {
         let moved = Conditions { base, ..conditions.clone() };
-        let model = PointModel::new(assembly, &moved, microphones)?.starting_from(near);
-        let response = model.respond(values, Order::Value, work)?;
-        Ok(parts(model.numbers(&response).map(|z| z.value())))
+        predicted(assembly, &moved, near, microphones, values, work)
     };
     let principal = Principal::of(&conditions.base)?;
     let mut along = Vec::with_capacity(principal.states.len());
@@ -214,4 +209,18 @@ pub(crate) fn changes(
         (cause, change)
     };
     Ok(principal.causes.into_iter().map(change).collect())
+}
+
+/// Growth rate, angular frequency and pressures of the mode near `near`, as a prediction has them.
+fn predicted(
+    assembly: &Assembly,
+    conditions: &Conditions,
+    near: C64,
+    microphones: &[usize],
+    values: &[f64],
+    work: &mut Workspace,
+) -> Result<Vec<f64>, EngineError> {
+    let model = PointModel::new(assembly, conditions, microphones)?.starting_from(near);
+    let response = model.respond(values, Order::Value, work)?;
+    Ok(parts(model.numbers(&response).map(|z| z.value())))
 }

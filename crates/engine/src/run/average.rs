@@ -2,6 +2,7 @@
 //! parameters averaged over them (Hoeting et al. 1999, eqs. 1 to 3).
 
 use super::course::{Beside, Chosen, Run};
+use super::maxima::APART;
 use super::predicted::mixed;
 use super::record::{CarriedOn, CarriedStage, ModelRecord};
 use crate::{EngineError, SavedModel};
@@ -10,8 +11,6 @@ use serde::{Deserialize, Serialize};
 
 /// The most models that predictions are averaged over, beside the one that goes on.
 const MOST: usize = 15;
-/// Standard deviations beyond which a value tells one maximum from another.
-const APART: f64 = 3.0;
 
 /// A model that is open beside the one that goes on from a stage.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

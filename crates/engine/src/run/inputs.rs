@@ -8,6 +8,7 @@ use rijke_study::{
     heated_states, measured_states, read_readings, read_states,
 };
 use std::collections::BTreeMap;
+use std::path::PathBuf;
 use std::sync::Arc;
 
 /// What is known of the temperature at every point, K: read with its records, or stated in the campaign.
@@ -42,12 +43,9 @@ pub(super) fn states_and_heat(
         Base::HeatedFlow(flow) => heated(study, flow, ambient, measured),
         Base::Measured(plan) => {
             // Without readings the gas is ambient.
-            let path = study.readings(false)?;
-            let campaign = &study.campaign;
-            let readings =
-                path.map(|path| read_readings(&path, campaign, &study.rig)).transpose()?.unwrap_or_default();
+            let readings = readings_of(study, false)?;
             let layouts = layouts(study, ambient, &readings)?;
-            let found = measured_states(&study.rig, campaign, plan, &readings, ambient, &layouts);
+            let found = measured_states(&study.rig, &study.campaign, plan, &readings, ambient, &layouts);
             let states = found.map_err(|problem| EngineError::Readings { problem: Box::new(problem) })?;
             Ok((states.into_iter().enumerate().filter_map(|(k, state)| Some((k, state?))).collect(), None))
         }
@@ -63,6 +61,12 @@ pub(super) fn states_and_heat(
             Ok((states.into_iter().filter_map(place).collect(), None))
         }
     }
+}
+
+/// The readings of thermometers; none where there is no file of them, which `needed` refuses.
+fn readings_of(study: &Study, needed: bool) -> Result<Vec<GasReading>, EngineError> {
+    let read = |path: PathBuf| read_readings(&path, &study.campaign, &study.rig);
+    Ok(study.readings(needed)?.map(read).transpose()?.unwrap_or_default())
 }
 
 /// The rig at every point whose temperature at the inlet is known: ambient, or as the first reading has it.
@@ -87,13 +91,10 @@ fn heated(
     ambient: &[Option<[f64; 2]>],
     measured: bool,
 ) -> Result<StatesAndHeat, EngineError> {
-    let campaign = &study.campaign;
     // Before anything is measured the gas is as the priors have it.
-    let path = study.readings(measured)?;
-    let readings =
-        path.map(|path| read_readings(&path, campaign, &study.rig)).transpose()?.unwrap_or_default();
+    let readings = readings_of(study, measured)?;
     let layouts = layouts(study, ambient, &[])?;
-    let found = heated_states(&study.rig, campaign, flow, &readings, ambient, &layouts);
+    let found = heated_states(&study.rig, &study.campaign, flow, &readings, ambient, &layouts);
     let (states, fit) = found.map_err(|problem| EngineError::Readings { problem: Box::new(problem) })?;
     let states = states.into_iter().enumerate().filter_map(|(k, state)| Some((k, state?))).collect();
     Ok((states, (!readings.is_empty()).then_some(fit)))

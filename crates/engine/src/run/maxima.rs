@@ -9,7 +9,7 @@ use std::sync::Arc;
 /// Most maxima that are tried.
 const MOST: usize = 32;
 /// Standard deviations beyond which values tell one maximum from another.
-const APART: f64 = 3.0;
+pub(super) const APART: f64 = 3.0;
 /// A probability below which another maximum is not told.
 const SMALL: f64 = 1e-3;
 

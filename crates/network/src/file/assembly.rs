@@ -5,7 +5,7 @@ use super::schema::Gas;
 use super::warning::Warning;
 use crate::chain::network::Segment;
 use crate::flow_chain::{ActionKind, FlowWall};
-use crate::laws::{Law, LawSet, Table};
+use crate::laws::{Law, LawSet, Table, TableError, TableRow};
 use crate::slot::Slot;
 use rijke_numerics::Stream;
 
@@ -38,6 +38,13 @@ pub(super) struct LocalGas {
     pub(super) heat: f64,
 }
 
+/// Draws every table anew within its noise ([`Table::redrawn`]).
+pub(super) struct Redraw<'a> {
+    pub(super) stream: Stream,
+    /// The tables as they are, in the order in which they are met.
+    pub(super) known: std::slice::Iter<'a, Table>,
+}
+
 /// Segments so far, and what acts on them.
 pub(super) struct Assembly<'a> {
     pub(super) gas: &'a Gas,
@@ -55,8 +62,7 @@ pub(super) struct Assembly<'a> {
     /// Place of each device, and what it is called in messages.
     pub(super) devices: Vec<(usize, String)>,
     pub(super) tables: Vec<(Item, Table)>,
-    /// Draws every table anew within its noise, see [`Table::redrawn`].
-    pub(super) redraw: Option<Stream>,
+    pub(super) redraw: Option<Redraw<'a>>,
     pub(super) passive: bool,
     pub(super) warnings: Vec<Warning>,
 }
@@ -70,4 +76,14 @@ pub(super) struct Flame {
     /// Distance of the reference, m, and whether it lies downstream.
     pub(super) reference: f64,
     pub(super) downstream: bool,
+}
+
+impl Redraw<'_> {
+    /// The next table, drawn anew; as it is fitted where none is left.
+    pub(super) fn table(&mut self, rows: &[TableRow], tolerance: f64) -> Result<Table, TableError> {
+        match self.known.next() {
+            Some(table) => table.redrawn(rows, tolerance, &mut self.stream),
+            None => Table::fit(rows, tolerance),
+        }
+    }
 }

@@ -1,6 +1,6 @@
 //! From the tables of a file to a network and its laws.
 
-use super::assembly::{Assembly, Attached};
+use super::assembly::{Assembly, Attached, Redraw};
 use super::error::FileError;
 use super::item::{Item, line_of, line_of_table};
 use super::layout::{Placed, SAME, place};
@@ -10,10 +10,9 @@ use super::spread::{Along, Spread};
 use super::warning::Warning;
 use crate::chain::network::Network;
 use crate::flow_chain::{FlowChain, FlowEnd};
-use crate::laws::LawSet;
+use crate::laws::{LawSet, Table};
 use crate::plane::region::Region;
 use crate::slot::Slot;
-use rijke_numerics::Stream;
 use std::f64::consts::PI;
 
 /// A network with its laws, and where to look for modes.
@@ -35,15 +34,14 @@ pub struct Built {
     pub actors: Vec<String>,
     /// Whether nothing in it can feed energy to a mode.
     pub passive: bool,
-    /// The largest noise of a measured table, of its largest value ([`crate::laws::Table::noise`]); 0
-    /// without tables.
-    pub noise: f64,
+    /// The tables as they were fitted, in the order in which they were met.
+    pub(super) tables: Vec<Table>,
     /// What is doubtful but possible.
     pub warnings: Vec<Warning>,
 }
 
 /// With every table drawn anew within its noise, if `redraw` says so.
-pub(super) fn build(text: &str, file: &File, redraw: Option<Stream>) -> Result<Built, FileError> {
+pub(super) fn build(text: &str, file: &File, redraw: Option<Redraw<'_>>) -> Result<Built, FileError> {
     let gas = &file.gas;
     let head = Item { line: line_of_table(text, "gas"), place: "[gas]".to_owned() };
     for (key, value) in [
@@ -122,10 +120,10 @@ pub(super) fn build(text: &str, file: &File, redraw: Option<Stream>) -> Result<B
         let item = Item { line: line_of(text, table.span().start), place: place.to_owned() };
         ends.push(assembly.end(item, table.get_ref().clone(), k, machs.map(|m| m[k]), &region)?);
     }
-    let tables = std::mem::take(&mut assembly.tables);
-    let noise = tables.iter().map(|(_, table)| table.noise).fold(0.0, f64::max);
-    for (item, table) in tables {
+    let mut tables = Vec::new();
+    for (item, table) in std::mem::take(&mut assembly.tables) {
         let [low, high] = table.range;
+        tables.push(table);
         if region.omega[0] < low * (1.0 - 1e-9) || region.omega[1] > high * (1.0 + 1e-9) {
             let [low_hz, high_hz] = [low, high].map(|w| w / (2.0 * PI));
             let Item { line, place } = item;
@@ -160,7 +158,7 @@ pub(super) fn build(text: &str, file: &File, redraw: Option<Stream>) -> Result<B
         places: assembly.places,
         actors,
         passive: assembly.passive,
-        noise,
+        tables,
         warnings: assembly.warnings,
     })
 }

@@ -53,10 +53,11 @@ impl Assembly<'_> {
 
     fn table(&mut self, item: &Item, rows: &[[f64; 3]], tolerance: f64) -> Result<Table, FileError> {
         let rows: Vec<TableRow> = rows.iter().copied().map(TableRow::from).collect();
-        let mut table = Table::fit(&rows, tolerance).map_err(|error| item.fail(error.into()))?;
-        if let Some(stream) = &mut self.redraw {
-            table = table.redrawn(&rows, tolerance, stream).map_err(|error| item.fail(error.into()))?;
-        }
+        let table = match &mut self.redraw {
+            Some(redraw) => redraw.table(&rows, tolerance),
+            None => Table::fit(&rows, tolerance),
+        };
+        let table = table.map_err(|error| item.fail(error.into()))?;
         self.tables.push((item.clone(), table.clone()));
         Ok(table)
     }

@@ -1,5 +1,6 @@
 //! How far modes rest on the noise of measured tables.
 
+use super::assembly::Redraw;
 use super::build::{Built, build};
 use super::error::FileError;
 use super::schema::File;
@@ -30,21 +31,31 @@ impl Scatter {
     }
 }
 
-/// The scatter of the modes `modes` of a network file over tables that could as well have been measured, each
-/// with the noise that its fit leaves ([`crate::laws::Table::redrawn`]). Draws are of one seed.
+impl Built {
+    /// The largest noise of a measured table, of its largest value ([`crate::laws::Table::noise`]); 0 without
+    /// tables.
+    #[must_use]
+    pub fn noise(&self) -> f64 {
+        self.tables.iter().map(|table| table.noise).fold(0.0, f64::max)
+    }
+}
+
+/// The scatter of the modes `modes` of a network over tables that could as well have been measured, each with
+/// the noise that its fit leaves ([`crate::laws::Table::redrawn`]); `text` is the file that `built` was read
+/// from. Draws are of one seed.
 ///
 /// # Errors
 /// As of [`super::read`].
-pub fn scatter(text: &str, modes: &[C64]) -> Result<Vec<Scatter>, FileError> {
+pub fn scatter(text: &str, built: &Built, modes: &[C64]) -> Result<Vec<Scatter>, FileError> {
     let file: File = toml::from_str(text).map_err(|error| FileError::syntax(&error))?;
     let streams = Streams::new(1);
     let mut moved: Vec<Vec<Option<C64>>> = vec![Vec::new(); modes.len()];
     let mut work = Workspace::default();
     for draw in 0..DRAWS {
+        let stream = streams.stream(&format!("network/table/{draw}"));
+        let redraw = Redraw { stream, known: built.tables.iter() };
         // A draw that no rational function meets says nothing.
-        let Ok(other) = build(text, &file, Some(streams.stream(&format!("network/table/{draw}")))) else {
-            continue;
-        };
+        let Ok(other) = build(text, &file, Some(redraw)) else { continue };
         for (s, moved) in modes.iter().zip(&mut moved) {
             moved.push(step(&other, *s, &mut work).filter(|by| by.norm() <= ANOTHER * s.norm()));
         }

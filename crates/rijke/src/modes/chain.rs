@@ -297,11 +297,11 @@ impl Case {
     /// What the noise of measured tables does to each mode; nothing where no table of a network file has any.
     pub(super) fn by_noise(&self, modes: &Modes) -> Result<Vec<ByNoise>, Failure> {
         let Chain::File(built, text) = &self.chain else { return Ok(Vec::new()) };
-        if built.noise <= NOISE {
+        if built.noise() <= NOISE {
             return Ok(Vec::new());
         }
         let places: Vec<C64> = modes.modes.iter().map(|mode| mode.s).collect();
-        let all = scatter(text, &places).or_bad_input().map_err(|failure| failure.at(&self.path))?;
+        let all = scatter(text, built, &places).or_bad_input().map_err(|failure| failure.at(&self.path))?;
         let by = |s: &Scatter| ByNoise {
             frequency_sd_hz: s.sd[1] / (2.0 * PI),
             growth_rate_sd: s.sd[0],

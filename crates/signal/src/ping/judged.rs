@@ -104,8 +104,8 @@ impl Fitted {
             amplitudes.iter().zip(&deviations).map(|(a, d)| a.norm() / d).collect();
         verdict::signal(&signal_to_noise, options.silent_channels)?;
         let left = self.residuals();
-        let white_of = |samples| White { samples, channels: self.channels, step: self.step };
-        let calm = self.ringing.taken_out(white_of(&left));
+        let rings = self.ringing.is_some();
+        let calm = self.ringing.taken_out(White { samples: &left, channels: self.channels, step: self.step });
         let narrow = self.narrow()?;
         let residue = Residue {
             samples: &calm,
@@ -113,16 +113,15 @@ impl Fitted {
             step: self.step,
             begin: at(from),
             mode_hz: s.im / std::f64::consts::TAU,
-            narrow: self.ringing.is_some(),
+            narrow: rings,
         };
-        if self.ringing.is_some() {
+        if rings {
             let samples = &ringing::levelled(calm.clone(), self.channels);
             Residue { samples, ..residue }.check(options.mains_hz)?;
         } else {
             residue.check(options.mains_hz)?;
         }
         residue.check_whole(self.learnt_from)?;
-        let rings = self.ringing.is_some();
         let variance =
             if rings { ringing::calm_variance(&calm, s, self.step) } else { self.solution.variance() };
         let whiten = &self.whitener.whiten(s, self.step);

@@ -10,6 +10,7 @@
 
 use super::chirp::Drift;
 use super::resolution::deviation;
+use super::verdict::tone;
 use crate::dsp::kernels::dot;
 use crate::ringdown::{Solution, White};
 use rijke_numerics::{C64, Matrix};
@@ -105,30 +106,27 @@ pub(crate) fn rings(silence: &[Vec<f64>], rate_hz: f64, mode_hz: f64) -> bool {
     }
     let mean = |offsets: &[f64]| {
         let of = |offset: &f64| -> f64 {
-            silence.iter().map(|y| tone(y, rate_hz, mode_hz + offset * apart).norm_sqr()).sum()
+            let one = |y: &Vec<f64>| {
+                let white = White { samples: y, channels: 1, step: rate_hz.recip() };
+                tone(white, 0, rows, 0, mode_hz + offset * apart).powi(2)
+            };
+            silence.iter().map(one).sum()
         };
         offsets.iter().map(of).sum::<f64>() / offsets.len() as f64
     };
     mean(&NEAR) > RINGS * mean(&AWAY)
 }
 
-/// Amplitude of a tone under a Hann window.
-fn tone(y: &[f64], rate_hz: f64, hz: f64) -> C64 {
-    let turn = C64::from_polar(1.0, -TAU * hz / rate_hz);
-    let around = TAU / y.len() as f64;
-    let (mut phasor, mut sum) = (C64::ONE, C64::ZERO);
-    for (n, v) in y.iter().enumerate() {
-        sum += phasor * ((1.0 - (around * (n as f64 + 0.5)).cos()) * v);
-        phasor *= turn;
-    }
-    sum * (2.0 / y.len() as f64)
+/// Samples of the stretches from which noise that rings a mode is taken out.
+fn stretch(hz: f64, step: f64) -> usize {
+    ((CALMED / (hz * step)).round() as usize).max(8)
 }
 
 /// Samples, row by row, without what is at one frequency over two periods at a time; and the energy that was
 /// taken out of each such stretch.
 pub(crate) fn calmed(white: White<'_>, hz: f64) -> (Vec<f64>, Vec<f64>) {
     let (mut left, channels) = (white.samples.to_vec(), white.channels);
-    let span = ((CALMED / (hz * white.step)).round() as usize).max(8);
+    let span = stretch(hz, white.step);
     let mut energies = Vec::new();
     for part in left.chunks_mut(span * channels) {
         let rows = part.len() / channels;
@@ -158,7 +156,7 @@ pub(crate) fn calmed(white: White<'_>, hz: f64) -> (Vec<f64>, Vec<f64>) {
 
 /// Twice the mean power at a frequency in white silence: that of a few decay times may be a half.
 pub(crate) fn power_at(silence: White<'_>, hz: f64) -> f64 {
-    let span = ((CALMED / (hz * silence.step)).round() as usize).max(8) as f64;
+    let span = stretch(hz, silence.step) as f64;
     let (_, energies) = calmed(silence, hz);
     let mean = energies.iter().sum::<f64>() / energies.len().max(1) as f64;
     (TWICE * (2.0 * mean / span - 4.0 * silence.channels as f64 / span)).max(0.0)
@@ -171,14 +169,14 @@ pub(crate) fn calm_deviation(y: &[f64], rate_hz: f64, hz: f64) -> f64 {
 
 /// Variance of residuals that [`calmed`] has made.
 pub(crate) fn calm_variance(calm: &[f64], s: C64, step: f64) -> f64 {
-    let span = (CALMED * TAU / (s.im * step)).round().max(8.0);
+    let span = stretch(s.im / TAU, step) as f64;
     dot(calm, calm) / calm.len().max(1) as f64 * span / (span - 2.0)
 }
 
 /// The row of residuals and the ratio of powers where the tone of the mode is far louder than noise of the
 /// given power makes it.
 pub(crate) fn beyond(left: White<'_>, s: C64, power: f64) -> Option<(usize, f64)> {
-    let span = (CALMED * TAU / (s.im * left.step)).round().max(8.0);
+    let span = stretch(s.im / TAU, left.step) as f64;
     let (_, energies) = calmed(left, s.im / TAU);
     let (k, most) = energies.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1))?;
     let mean = 0.5 * power * span + 2.0 * left.channels as f64;

@@ -2,7 +2,7 @@
 //!
 //! Knows the words of the file, and not what a stage finds.
 
-mod base_choice;
+mod base;
 mod ids;
 mod maps;
 mod noise;

@@ -1,6 +1,5 @@
 //! From the text of `study.toml` to a plan that names only what exists.
 
-use super::base_choice::BaseChoice;
 use super::ids::{known_stage, short_id};
 use super::maps::MapFile;
 use super::questions::Asked;
@@ -20,7 +19,7 @@ struct File {
     name: String,
     #[serde(default)]
     question: String,
-    base: Option<Spanned<BaseChoice>>,
+    base: Option<Spanned<Base>>,
     #[serde(default)]
     stage: Vec<Spanned<StageFile>>,
     #[serde(default)]
@@ -141,25 +140,18 @@ impl Plan {
     ) -> Result<Self, StudyError> {
         let file: File = source.toml()?;
         let base_at = file.base.as_ref().map_or(0, |base| base.span().start);
-        let base = match file.base.map(Spanned::into_inner).unwrap_or_default() {
-            BaseChoice::Ambient => Base::Ambient,
-            BaseChoice::Rig => Base::Rig,
-            BaseChoice::States(points) => {
+        let base = file.base.map(Spanned::into_inner).unwrap_or_default();
+        let fail = |(key, problem)| source.fail(source.key_after(base_at, key), problem);
+        match &base {
+            Base::Ambient | Base::Rig => {}
+            Base::States(points) => {
                 points.check(campaign).map_err(|problem| source.fail(base_at, problem))?;
-                Base::States(points)
             }
-            BaseChoice::HeatedFlow(heated) => {
-                let check = Check { rig, campaign, catalogue };
-                let fail = |(key, problem)| source.fail(source.key_after(base_at, key), problem);
-                check.heated(&heated).map_err(fail)?;
-                Base::HeatedFlow(heated)
+            Base::HeatedFlow(heated) => {
+                Check { rig, campaign, catalogue }.heated(heated).map_err(fail)?;
             }
-            BaseChoice::Measured(measured) => {
-                let fail = |(key, problem)| source.fail(source.key_after(base_at, key), problem);
-                measured.check(campaign).map_err(fail)?;
-                Base::Measured(measured)
-            }
-        };
+            Base::Measured(measured) => measured.check(campaign).map_err(fail)?,
+        }
         base.suits(rig).map_err(|problem| source.fail(0, problem))?;
         let (name, question) = (file.name, file.question);
         let cost = file.cost.map(|cost| {

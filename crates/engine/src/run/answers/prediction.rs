@@ -12,7 +12,7 @@ use crate::rows::Choice;
 use crate::{Conditions, EngineError, Misfit, Noise, Observed, Trained, train};
 use rayon::prelude::*;
 use rijke_numerics::C64;
-use rijke_study::plan::{NoiseSpec, Question, Selection, Stage};
+use rijke_study::plan::{Question, Selection, Stage};
 use std::sync::Arc;
 
 /// Where a mode is predicted, its label, where it is sought, and what was measured of it.
@@ -193,7 +193,9 @@ impl Run {
         chosen: &Chosen,
     ) -> Result<crate::SavedModel, EngineError> {
         let trained = match stage.noise_of_predictions {
-            Some(_) => Arc::new(self.trained_with_noise_of_predictions(stage, chosen, &chosen.observed)?),
+            Some(_) => {
+                Arc::new(self.trained_with_noise_of_predictions(stage, chosen, &chosen.observed, None)?)
+            }
             None => chosen.trained.clone(),
         };
         Ok(self.kept(stage, choice, chosen, &trained))
@@ -209,9 +211,9 @@ impl Run {
         chosen: &Chosen,
         maximum: &Elsewhere,
     ) -> Result<crate::SavedModel, EngineError> {
-        let spec = stage.noise_of_predictions.as_ref().unwrap_or(&stage.noise);
         let there = Chosen { known: maximum.known.clone(), ..chosen.clone() };
-        let trained = self.trained_with(stage, spec, &there, &chosen.observed, Some(&maximum.at))?;
+        let start = Some(maximum.at.clone());
+        let trained = self.trained_with_noise_of_predictions(stage, &there, &chosen.observed, start)?;
         Ok(self.kept(stage, &chosen.choice(), &there, &trained))
     }
 
@@ -227,29 +229,19 @@ impl Run {
         saved
     }
 
+    /// Searched from `start`, parameters of the model, if it is given.
     fn trained_with_noise_of_predictions(
         &self,
         stage: &Stage,
         chosen: &Chosen,
         points: &[Observed],
+        start: Option<Vec<f64>>,
     ) -> Result<Trained, EngineError> {
         let spec = stage.noise_of_predictions.as_ref().unwrap_or(&stage.noise);
-        self.trained_with(stage, spec, chosen, points, None)
-    }
-
-    /// With this noise, searched from `start` if it is given.
-    fn trained_with(
-        &self,
-        stage: &Stage,
-        spec: &NoiseSpec,
-        chosen: &Chosen,
-        points: &[Observed],
-        start: Option<&[f64]>,
-    ) -> Result<Trained, EngineError> {
         let choice = chosen.choice();
         let noise = Noise { law: self.law_of(stage, spec, &choice)?, ..self.noise(spec)? };
         let mut training = self.training(stage, noise, chosen.known.to_vec(), super::super::Trusted::Laplace);
-        training.search.start = start.map(<[f64]>::to_vec);
+        training.search.start = start;
         train(&chosen.assembly, points, &training)
     }
 
@@ -271,7 +263,7 @@ impl Run {
         if let Some(trained) = before().filter(|_| all) {
             return Ok(trained);
         }
-        let trained = Arc::new(self.trained_with_noise_of_predictions(stage, chosen, points)?);
+        let trained = Arc::new(self.trained_with_noise_of_predictions(stage, chosen, points, None)?);
         if let (Ok(mut kept), true) = (self.predicting.lock(), all) {
             kept.insert(id.to_owned(), trained.clone());
         }

@@ -1,19 +1,9 @@
 //! How study.toml states the base of a study.
 
-use super::{HeatedFlow, MeasuredGas, Selection};
+use super::{Base, HeatedFlow, MeasuredGas, Selection};
 use serde::Deserialize;
 
-#[derive(Clone, Debug, Default)]
-pub(super) enum BaseChoice {
-    #[default]
-    Ambient,
-    Rig,
-    States(Selection),
-    HeatedFlow(HeatedFlow),
-    Measured(MeasuredGas),
-}
-
-impl<'de> Deserialize<'de> for BaseChoice {
+impl<'de> Deserialize<'de> for Base {
     fn deserialize<D: serde::Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
         #[derive(Deserialize)]
         #[serde(rename_all = "kebab-case")]
