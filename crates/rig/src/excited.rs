@@ -1,10 +1,11 @@
-//! Records of a rig that random noise drives, a sweep, a periodic sound, or a blow: a folder with a
-//! `manifest.toml` that has `[random]`, `[sweep]` or `[blow]`.
+//! Records of a rig that random noise drives, a sweep, a periodic sound, or a blow, and of microphones that
+//! are compared: a folder with a `manifest.toml` that has `[random]`, `[sweep]`, `[blow]` or `[comparison]`.
 
 use crate::driven::{Driven, DrivenKeys, driven};
-use crate::files::{parse_toml, read_text};
-use crate::manifest::{Listed, MicrophoneKeys};
+use crate::files::{in_range, parse_toml, read_text};
+use crate::manifest::{Channels, Listed, MicrophoneKeys};
 use crate::records::set::plain;
+use crate::units::Given;
 use crate::{
     Arrays, ChannelContents, DataKind, Elsewhere, Layout, Problem, Reading, Record, RigError, inspect,
     read_record,
@@ -44,6 +45,19 @@ pub enum Excitation {
     Driven(Box<Driven>),
     /// A blow at the beginning of every record.
     Blow(Blow),
+    /// Noise that all microphones hear alike.
+    Comparison(Comparison),
+}
+
+/// Records in which all microphones hear the same pressure.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Comparison {
+    /// The records.
+    pub files: Vec<String>,
+    /// Standard deviations of what makes the pressures unequal: relative, and in s.
+    pub unequal: [f64; 2],
+    /// What `[microphones]` states.
+    microphones: Option<MicrophoneKeys>,
 }
 
 /// Records of a blow.
@@ -82,6 +96,15 @@ struct Manifest {
     sweep: Option<DrivenKeys>,
     microphones: Option<MicrophoneKeys>,
     blow: Option<BlowKeys>,
+    comparison: Option<ComparisonKeys>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ComparisonKeys {
+    files: Vec<String>,
+    gain_sd: Option<Given>,
+    delay_sd: Option<Given>,
 }
 
 #[derive(Deserialize)]
@@ -101,6 +124,7 @@ impl Excitation {
         }
         match self {
             Self::Blow(blow) => vec![of("[blow]: files", &blow.files)],
+            Self::Comparison(found) => vec![of("[comparison]: files", &found.files)],
             Self::Driven(driven) => {
                 let points =
                     driven.points.iter().flat_map(|(p, files)| of(&format!("point `{p}`: files"), files));
@@ -120,6 +144,45 @@ impl Excitation {
     }
 }
 
+impl Comparison {
+    /// Sensitivities that `[microphones]` of the manifest at `path` states for `count` microphones, V/Pa;
+    /// none where records are compared as they are.
+    ///
+    /// # Errors
+    /// A unit, a number or a list that cannot be; gains or delays, which the records shall tell.
+    pub fn sensitivities(&self, count: usize, path: &Path) -> Result<Vec<f64>, RigError> {
+        let Some(keys) = &self.microphones else { return Ok(Vec::new()) };
+        let Channels { sensitivities, stated } = Channels::read(keys, count, path)?;
+        if stated.is_some() {
+            let what = "states what the comparison tells; leave all but `sensitivity` out";
+            return Err(RigError::invalid(path, "[microphones]", Problem::Keys { what }));
+        }
+        Ok(sensitivities)
+    }
+}
+
+/// What `[comparison]` says.
+fn comparison(
+    keys: &ComparisonKeys,
+    microphones: Option<MicrophoneKeys>,
+    path: &Path,
+) -> Result<Comparison, RigError> {
+    if keys.files.is_empty() {
+        let what = "must list files: records in which all microphones hear the same pressure";
+        return Err(RigError::invalid(path, "[comparison]", Problem::Keys { what }));
+    }
+    let sd = |key: &str, given: &Option<Given>, unit: &'static str| {
+        let place = format!("[comparison]: {key}");
+        let value = given.as_ref().map_or(Ok(0.0), |given| given.of(unit));
+        let value = value.map_err(|error| RigError::invalid(path, &place, Problem::Unit(error)))?;
+        in_range(&place, value, 0.0, 1.0, unit)
+            .map_err(|(place, problem)| RigError::invalid(path, place, problem))?;
+        Ok(value)
+    };
+    let unequal = [sd("gain_sd", &keys.gain_sd, "1")?, sd("delay_sd", &keys.delay_sd, "s")?];
+    Ok(Comparison { files: keys.files.clone(), unequal, microphones })
+}
+
 impl ExcitedRecords {
     /// Opens a folder; none if its manifest is one of pings and clicks, or absent.
     ///
@@ -132,7 +195,7 @@ impl ExcitedRecords {
         }
         let text = read_text(&path)?;
         let keys: toml::Table = parse_toml(&text, &path)?;
-        if !["random", "sweep", "blow"].iter().any(|key| keys.contains_key(*key)) {
+        if !["random", "sweep", "blow", "comparison"].iter().any(|key| keys.contains_key(*key)) {
             return Ok(None);
         }
         let manifest: Manifest = parse_toml(&text, &path)?;
@@ -144,14 +207,14 @@ impl ExcitedRecords {
                 "must be above zero, and the band ascend below half the rate",
             );
         }
-        let excitation = match (manifest.random, manifest.sweep, manifest.blow) {
-            (Some(random), None, None) => {
+        let excitation = match (manifest.random, manifest.sweep, manifest.blow, manifest.comparison) {
+            (Some(random), None, None, None) => {
                 Excitation::Driven(Box::new(driven(random, "[random]", manifest.microphones, &path)?))
             }
-            (None, Some(sweep), None) => {
+            (None, Some(sweep), None, None) => {
                 Excitation::Driven(Box::new(driven(sweep, "[sweep]", manifest.microphones, &path)?))
             }
-            (None, None, Some(blow)) => {
+            (None, None, Some(blow), None) => {
                 let stretch = blow.stretch_s;
                 if !(0.0 <= stretch[0] && stretch[0] < stretch[1])
                     || blow.files.is_empty()
@@ -174,9 +237,12 @@ impl ExcitedRecords {
                 }
                 Excitation::Blow(Blow { stretch, files: blow.files, states: blow.state })
             }
+            (None, None, None, Some(keys)) => {
+                Excitation::Comparison(comparison(&keys, manifest.microphones, &path)?)
+            }
             _ => {
                 return wrong(
-                    "[random], [sweep], [blow]",
+                    "[random], [sweep], [blow], [comparison]",
                     "exclude each other; put the records into folders of their own",
                 );
             }

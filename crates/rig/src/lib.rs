@@ -21,7 +21,7 @@ pub use apparatus::point::OperatingPoint;
 pub use apparatus::ramp::{Logged, Ramp};
 pub use driven::{Driven, Specimen, SpectraKind, SwitchedRecord};
 pub use error::{Elsewhere, RigError};
-pub use excited::{Blow, BlowState, Excitation, ExcitedRecords};
+pub use excited::{Blow, BlowState, Comparison, Excitation, ExcitedRecords};
 pub use formats::arrays::named_columns;
 pub use formats::columns::Columns;
 pub use formats::numbers::{NumberColumns, number_columns};

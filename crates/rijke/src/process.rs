@@ -1,5 +1,6 @@
 //! `rijke process`: from raw records to pings and clicks with uncertainties.
 
+mod compared;
 mod driven;
 mod excited;
 mod made;
@@ -126,8 +127,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     if !args.virtual_rig
         && let Some((records, study)) = excited::open(&name)?
     {
-        let beside = study.folder.join("observations");
-        return excited::run(&records, &study, args.out.as_deref().unwrap_or(&beside), args.force, ui);
+        return excited::run(&records, &study, args.out.as_deref(), args.force, ui);
     }
     let (mut study, mut of_the_study) = (None, false);
     let mut twins = Vec::new();

@@ -23,9 +23,9 @@ pub use delays::{CalibrationError, ChannelDelays, ChannelPriors, KnownClick};
 pub use error::Fault;
 pub use ping::{Drift, MajorityFit, PingFit, PingOptions, PingPicture, fit_majority, fit_ping};
 pub use random::{
-    ChannelGains, Field, GainPair, LossBand, PressureFault, RelativePressures, Spectra, Swept, SweptOptions,
-    SwitchedDoubt, SwitchedFault, SwitchedGains, TransferEstimate, TransmissionLoss, TransmissionTube,
-    Transmitted, TubeDuct, TubeErrors,
+    ChannelGains, ComparedChannels, ComparisonFault, Field, GainPair, LossBand, PressureFault,
+    RelativePressures, Spectra, Swept, SweptOptions, SwitchedDoubt, SwitchedFault, SwitchedGains,
+    TransferEstimate, TransmissionLoss, TransmissionTube, Transmitted, TubeDuct, TubeErrors,
 };
 pub use repeats::{Repeats, combine, pool};
 pub use trace::Trace;

@@ -1,5 +1,7 @@
-//! `rijke process` of records of random noise, sweeps, periodic sounds and blows.
+//! `rijke process` of records of random noise, sweeps, periodic sounds and blows, and of compared
+//! microphones.
 
+use super::compared;
 use super::driven::driven;
 use super::made::{Made, head, point_of};
 use crate::{
@@ -26,8 +28,19 @@ pub(super) fn open(dir: &Path) -> Result<Option<(ExcitedRecords, Study)>, Failur
     let is_study = dir.join("study.toml").is_file();
     let folder = if is_study { dir.join("records") } else { dir.to_owned() };
     let Some(records) = ExcitedRecords::open(&folder).or_bad_input()? else { return Ok(None) };
-    let study = if is_study { Some(dir) } else { dir.parent() };
-    Ok(Some((records, crate::study::open(study.unwrap_or(dir))?)))
+    // Of `rijke process comparison` in the folder of a study, the study is there.
+    let beside = dir.parent().map(|p| if p.as_os_str().is_empty() { Path::new(".") } else { p });
+    let study = if is_study { Some(dir) } else { beside };
+    let study = crate::study::open(study.unwrap_or(dir))?;
+    let is_of_the_rig = folder.canonicalize().ok() == study.folder.join("records").canonicalize().ok();
+    if is_of_the_rig && matches!(records.excitation, Excitation::Comparison(_)) {
+        return Err(Failure::bad_input("a comparison of microphones measures nothing of the rig")
+            .at(&records.path)
+            .remedy(
+                "Put it into a folder of its own in the study, and run `rijke process` with that folder.",
+            ));
+    }
+    Ok(Some((records, study)))
 }
 
 /// What `rijke check` finds of such a folder.
@@ -51,6 +64,10 @@ pub(crate) fn checked(dir: &Path) -> Result<Option<Checked>, Failure> {
             blows(&records, blow, &study, &ui)?;
             blow.files.len()
         }
+        Excitation::Comparison(comparison) => {
+            compared::compared(&records, comparison, &study)?;
+            comparison.files.len()
+        }
         Excitation::Driven(found) => {
             driven(&records, found, &study, &ui)?;
             found.straight.len() + found.switched.len() + found.points.values().flatten().count()
@@ -58,19 +75,27 @@ pub(crate) fn checked(dir: &Path) -> Result<Option<Checked>, Failure> {
     })))
 }
 
-/// Processes them into observations of the study.
+/// Processes them into observations of the study, or into a table of its microphones.
 pub(super) fn run(
     records: &ExcitedRecords,
     study: &Study,
-    out: &Path,
+    out: Option<&Path>,
     force: bool,
     ui: &Ui,
 ) -> Result<(), Failure> {
+    if let Excitation::Comparison(comparison) = &records.excitation {
+        let beside = records.path.with_file_name("");
+        return compared::run(records, comparison, study, out.unwrap_or(&beside), force, ui);
+    }
+    let beside = study.folder.join("observations");
+    let out = out.unwrap_or(&beside);
     let folder = StagedFolder::beside_others(out, "observations.toml", &WRITTEN, force)?;
     let before = rijke_numerics::read_text(&out.join(WRITTEN[0])).ok();
     let (mut files, answer) = match &records.excitation {
         Excitation::Driven(found) => driven(records, found, study, ui)?,
         Excitation::Blow(blow) => blows(records, blow, study, ui)?,
+        // Written above.
+        Excitation::Comparison(_) => return Ok(()),
     };
     let changed = |old: &String| files.iter().all(|(name, text)| name != WRITTEN[0] || text != old);
     if let Some(old) = before.filter(changed) {

@@ -78,7 +78,7 @@ fn message_without_records_says_where_to_get_them() {
 }
 
 /// Replaces what the manifest says of data elsewhere, and the rate.
-fn here(folder: &Path, rate: &str, changes: &[(&str, &str)]) {
+pub(crate) fn here(folder: &Path, rate: &str, changes: &[(&str, &str)]) {
     let path = folder.join("records/manifest.toml");
     let text = fs::read_to_string(&path).unwrap();
     let (head, rest) = text.split_once("[measured]").unwrap();
@@ -97,7 +97,7 @@ fn here(folder: &Path, rate: &str, changes: &[(&str, &str)]) {
 /// The empty tube with an end that reflects a half, driven by tones of random phase; channels 0 and
 /// `switched` have changed places. Gain of channel c: 1 + 0.03 c. The wall takes what Kirchhoff's does in air
 /// of 295 K, 50 mm from the axis.
-fn noise_record(switched: usize, seed: u32) -> String {
+pub(crate) fn noise_record(switched: usize, seed: u32) -> String {
     let places = [0.2, 0.615, 0.7, 1.8, 1.885, 2.3];
     let mut state = seed.wrapping_mul(2_654_435_761).wrapping_add(12_345);
     let mut random = || {

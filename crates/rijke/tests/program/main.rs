@@ -8,6 +8,7 @@ mod book;
 mod calibration_clicks;
 mod campaign_forms;
 mod chain;
+mod compared;
 mod coverage_study;
 mod design_few;
 mod design_figure;

@@ -1,6 +1,7 @@
 //! Random noise, sweeps and periodic excitations: transfer functions between channels, and what follows from
 //! them. Must not know pings or clicks.
 
+mod compared;
 mod doubts;
 mod pressures;
 mod spectra;
@@ -8,6 +9,7 @@ mod swept;
 mod switched;
 mod transmission;
 
+pub use compared::{ComparedChannels, ComparisonFault};
 pub use doubts::{SwitchedDoubt, SwitchedFault};
 pub use pressures::{ChannelGains, PressureFault, RelativePressures};
 pub use spectra::{Spectra, TransferEstimate};

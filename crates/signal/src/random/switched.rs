@@ -38,12 +38,13 @@ pub struct GainPair {
     pub sd: f64,
 }
 
-/// Neighbouring frequencies of spectra with Hann's window share their noise: so many of them are worth one in a
-/// mean over a band.
+/// Neighbouring frequencies of spectra with Hann's window share their noise: so many of them are worth one in
+/// a mean over a band.
 ///
-/// A mean over all frequencies and segments is one over time, weighted by the sum of the squared windows. Half
-/// over each other, Hann's make a weight that swings about its mean by a third: 18/19 of the time T count, and
-/// T B 18/19 numbers in a band B are independent. Welch's equation counts 2 T B/(1 + 1/18) of them.
+/// A mean over all frequencies and segments is one over time, weighted by the sum of the squared windows.
+/// Half over each other, Hann's make a weight that swings about its mean by a third: 18/19 of the time T
+/// count, and T B 18/19 numbers in a band B are independent. Welch's equation counts 2 T B/(1 + 1/18) of
+/// them.
 pub(super) const SHARED: f64 = 2.0;
 
 impl SwitchedGains {

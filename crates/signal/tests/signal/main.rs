@@ -8,6 +8,7 @@ mod chirping;
 mod click;
 mod clicking;
 mod coarse;
+mod compared;
 mod drifting;
 mod driven;
 mod excited;
