@@ -3,22 +3,25 @@
 
 use libfuzzer_sys::fuzz_target;
 use rijke_fuzz::{folder, replace};
-use rijke_rig::{Campaign, RecordFolder, Rig};
+use rijke_rig::{Apparatus, RecordFolder};
 use std::{fs, path::Path};
 
-const RIG: &str = include_str!("../../crates/rig/data/rigs/juniper-yoko-2022.toml");
-const CAMPAIGN: &str = include_str!("../../crates/rig/data/campaigns/juniper-yoko-2022.toml");
+const RIG: &str = include_str!("../../crates/rig/data/rig.toml");
+const MANIFEST: &str = "rig = 'rig.toml'\ncampaign = 'campaign.csv'\nkind = 'measured'\nsource = 'fuzz'\nchannels = []\n\
+    ping = { rate_hz = 1e4, quiet_samples = 1 }\nday = []\npoint = []\n";
+const CAMPAIGN: &str = include_str!("../../crates/rig/data/campaign.csv");
 
 fuzz_target!(|text: &str| {
-    let _ = Rig::parse(text, Path::new("rig.toml"));
-    if let Ok(campaign) = Campaign::parse(text, Path::new("campaign.toml")) {
-        let _ = campaign.to_toml();
-    }
+    let _ = Apparatus::parse(text, Path::new("rig.toml"));
     let Ok(folder) = folder("descriptions") else { return };
     if !folder.join("rig.toml").exists() {
         let _ = fs::write(folder.join("rig.toml"), RIG);
-        let _ = fs::write(folder.join("campaign.toml"), CAMPAIGN);
+        let _ = fs::write(folder.join("campaign.csv"), CAMPAIGN);
     }
     let _ = replace(&folder.join("manifest.toml"), text.as_bytes());
     let _ = RecordFolder::open(&folder);
+    let _ = replace(&folder.join("manifest.toml"), MANIFEST.as_bytes());
+    let _ = replace(&folder.join("campaign.csv"), text.as_bytes());
+    let _ = RecordFolder::open(&folder);
+    let _ = replace(&folder.join("campaign.csv"), CAMPAIGN.as_bytes());
 });

@@ -7,7 +7,7 @@ use rijke_fuzz::{folder, replace};
 use rijke_rig::Observations;
 use std::fs;
 
-const RIG: &str = include_str!("../../crates/rig/data/rigs/juniper-yoko-2022.toml");
+const RIG: &str = include_str!("../../crates/rig/data/rig.toml");
 const HEAD: &str = "rig = \"rig.toml\"\nkind = \"measured\"\nsource = \"fuzz\"\n";
 
 fuzz_target!(|text: &str| {

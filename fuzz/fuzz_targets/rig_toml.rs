@@ -9,5 +9,5 @@ fuzz_target!(|text: &str| {
     for point in &study.campaign.points {
         let _ = study.rig.at(point, 293.15);
     }
-    let _ = study.for_records();
+    let _ = study.apparatus();
 });

@@ -2,10 +2,10 @@
 //! of the paper's filter with its members side by side against the same steps one after the other.
 
 use criterion::{Criterion, criterion_group, criterion_main};
+use rijke_flow::TubeRig;
 use rijke_flow::assimilate::{FilterOptions, Twin, TwinOptions, filter, staircase};
 use rijke_flow::{Closures, Dual, Number, Pipe, Single, Transient, TubeParameters, UNKNOWNS, Unknowns};
 use rijke_numerics::Streams;
-use rijke_rig::TubeRig;
 use std::hint::black_box;
 
 const MIDDLE: [f64; UNKNOWNS] = [8.0, 1.0, 5.0, 0.12, 1.2, 1.0, 1.0, 0.0, 35.0, 0.05];

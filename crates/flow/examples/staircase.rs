@@ -6,10 +6,10 @@
 //! equal intervals, from a cold start.
 #![allow(clippy::print_stdout, reason = "an example shows its result")]
 
+use rijke_flow::TubeRig;
 use rijke_flow::assimilate::{Batch, Twin, TwinOptions, staircase};
 use rijke_flow::{Closures, FlowError, Pipe, unknowns};
 use rijke_numerics::Streams;
-use rijke_rig::TubeRig;
 
 fn main() -> Result<(), FlowError> {
     let pipe = Pipe::new(&TubeRig::juniper_yoko_2022(), &Closures::default(), 0.25, 1)?;

@@ -1,5 +1,6 @@
 #![doc = include_str!("../README.md")]
 
+mod apparatus;
 mod base;
 mod error;
 mod infer;
@@ -7,6 +8,12 @@ mod number;
 pub mod shown;
 mod tube;
 
+pub use apparatus::campaign::TubeCampaign;
+pub use apparatus::folder::HeatedTube;
+pub use apparatus::geometry::{Insert, Plates, Tube, TubeRecording, TubeRig};
+pub use apparatus::observed::{ObservedTube, TubeObservations};
+pub use apparatus::point::{PLATES, POSITION, POWER, THERMOMETERS, TubePoint};
+pub use apparatus::ramp::{Logged, Ramp};
 pub use base::laws::{ErrorForLaws, StateForLaws};
 pub use base::profiles::{PROFILES, VELOCITIES, read_profiles};
 pub use base::state::{BaseState, ErrorComponent};

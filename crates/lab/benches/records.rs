@@ -4,8 +4,9 @@
 #![allow(missing_docs, reason = "the macro of the bench harness makes a function without them")]
 
 use criterion::{Criterion, criterion_group, criterion_main};
+use rijke_flow::{TubeCampaign, TubeRig};
 use rijke_lab::{Truth, VirtualRig};
-use rijke_rig::{RecordSource, TubeCampaign, TubeRig};
+use rijke_rig::RecordSource;
 use std::hint::black_box;
 
 fn lab(rows: &[&str]) -> Option<VirtualRig> {

@@ -3,8 +3,9 @@
 //! true_modes`.
 #![allow(clippy::print_stdout, reason = "an example shows something")]
 
+use rijke_flow::{TubeCampaign, TubeRig};
 use rijke_lab::{LabError, Truth, VirtualRig};
-use rijke_rig::{RecordSource, TubeCampaign, TubeRig};
+use rijke_rig::RecordSource;
 
 fn main() -> Result<(), LabError> {
     // One day for all, so that rows can be compared.

@@ -1,9 +1,10 @@
 //! The laboratory as a whole: determinism, files against memory, and records that show what is true.
 #![allow(clippy::unwrap_used, reason = "helpers of tests")]
 
+use rijke_flow::{HeatedTube, TubeCampaign, TubeRig};
 use rijke_lab::{Truth, VirtualRig};
 use rijke_numerics::C64;
-use rijke_rig::{RecordFolder, RecordSource, TubeCampaign, TubeRig};
+use rijke_rig::{RecordFolder, RecordSource};
 
 fn lab(rows: &[&str], repeats: u32, seed: u64, truth: &Truth) -> VirtualRig {
     let rows: Vec<String> = rows.iter().map(|row| (*row).to_owned()).collect();
@@ -26,6 +27,9 @@ fn exact_same_seed_same_bytes_for_any_number_of_threads() {
         assert_eq!(read.ping(1, 1).unwrap(), lab.ping(1, 1).unwrap(), "files and memory differ");
         assert_eq!(read.click(2, 0).unwrap(), lab.click(2, 0).unwrap());
         assert_eq!(read.calibration(0, 3).unwrap(), lab.calibration(0, 3).unwrap());
+        assert_eq!((read.set().points.clone(), &read.set().rig), (lab.set().points.clone(), &lab.set().rig));
+        let points = read.set().points.iter().map(|p| &p.point);
+        assert_eq!(HeatedTube::read_within(&folder, points).unwrap().as_ref(), Some(lab.tube()));
         let files = read.set().points.iter().flat_map(|p| p.pings.iter().chain(&p.clicks));
         let all: Vec<Vec<u8>> = files
             .chain([&"manifest.toml".to_owned()])
@@ -98,21 +102,21 @@ fn oracle_true_reflections_against_the_geometry_of_the_mouths() {
     let (rig, gas) = (TubeRig::juniper_yoko_2022(), |k: usize| {
         TubeRig::juniper_yoko_2022().gas.at(lab.true_temperature(k), 101_325.0)
     });
-    let point = |k: usize| &lab.set().points[k].point;
-    let [lower, upper] = rijke_lab::open_ends(&rig, &truth, point(0), 1);
+    let point = |k: usize| rig.point(&lab.set().points[k].point).unwrap();
+    let [lower, upper] = rijke_lab::open_ends(&rig, &truth, &point(0), 1);
     // Without prongs both open ends reflect as the bare end does; with prongs the bottom's end correction is
     // as long.
     let (s, [bottom, top]) = (lab.true_mode(0).0, lab.true_reflections(0));
     let [bare_bottom, bare_top] = [lower, upper].map(|end| end.reflection(&gas(0), s));
     assert!((top - bare_top).norm() < 1e-12 && (bottom - bare_bottom).norm() < 1e-12);
-    let [other, _] = rijke_lab::open_ends(&rig, &truth, point(9), 1);
+    let [other, _] = rijke_lab::open_ends(&rig, &truth, &point(9), 1);
     assert!(
         (other.extension - lower.extension).abs() > 1e-4,
         "every setting of the rig has mouths of its own"
     );
     let (s, [bottom, top]) = (lab.true_mode(9).0, lab.true_reflections(9));
     let [lower, upper] =
-        rijke_lab::open_ends(&rig, &truth, point(9), 1).map(|end| end.reflection(&gas(9), s));
+        rijke_lab::open_ends(&rig, &truth, &point(9), 1).map(|end| end.reflection(&gas(9), s));
     assert!((top - upper).norm() < 1e-12 && (bottom - lower).norm() < 1e-4);
 }
 

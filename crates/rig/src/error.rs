@@ -109,7 +109,8 @@ fn remedy(cause: &std::io::Error) -> &'static str {
 
 impl RigError {
     /// The value at `place` in `path` is wrong.
-    pub(crate) fn invalid(path: &Path, place: impl Into<String>, problem: Problem) -> Self {
+    #[must_use]
+    pub fn invalid(path: &Path, place: impl Into<String>, problem: Problem) -> Self {
         Self::Invalid { path: path.to_owned(), place: place.into(), problem }
     }
 

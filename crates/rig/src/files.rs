@@ -9,12 +9,18 @@ use std::io::BufWriter;
 use std::path::Path;
 
 /// The whole of a text file.
-pub(crate) fn read_text(path: &Path) -> Result<String, RigError> {
+///
+/// # Errors
+/// The file cannot be read.
+pub fn read_text(path: &Path) -> Result<String, RigError> {
     rijke_numerics::read_text(path).map_err(RigError::read(path))
 }
 
 /// Parses TOML; errors carry line and column.
-pub(crate) fn parse_toml<T: DeserializeOwned>(text: &str, path: &Path) -> Result<T, RigError> {
+///
+/// # Errors
+/// [`RigError::Syntax`].
+pub fn parse_toml<T: DeserializeOwned>(text: &str, path: &Path) -> Result<T, RigError> {
     toml::from_str(text).map_err(|error| {
         let offset = error.span().map_or(0, |span| span.start).min(text.len());
         let before = text.get(..offset).unwrap_or("");
@@ -27,8 +33,11 @@ pub(crate) fn parse_toml<T: DeserializeOwned>(text: &str, path: &Path) -> Result
     })
 }
 
-/// TOML of `value`, for a file of ours.
-pub(crate) fn write_toml<T: Serialize>(value: &T, header: &str, path: &Path) -> Result<(), RigError> {
+/// TOML of `value` below the words `header`, for a file of ours.
+///
+/// # Errors
+/// The file cannot be written.
+pub fn write_toml<T: Serialize>(value: &T, header: &str, path: &Path) -> Result<(), RigError> {
     let body = toml::to_string(value)
         .map_err(|error| RigError::Write { path: path.to_owned(), cause: std::io::Error::other(error) })?;
     write_whole(path, format!("{header}{body}").as_bytes())
@@ -39,8 +48,11 @@ pub(crate) fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), RigError> {
     rijke_numerics::write_whole(path, bytes).map_err(RigError::write(path))
 }
 
-/// As [`write_whole`], piece by piece.
-pub(crate) fn write_through(
+/// Writes a file in one step, piece by piece, as [`rijke_numerics::write_through`].
+///
+/// # Errors
+/// The file cannot be written.
+pub fn write_through(
     path: &Path,
     write: impl FnOnce(&mut BufWriter<File>) -> std::io::Result<()>,
 ) -> Result<(), RigError> {
@@ -52,8 +64,11 @@ pub(crate) fn make_folder(path: &Path) -> Result<(), RigError> {
     std::fs::create_dir_all(path).map_err(RigError::write(path))
 }
 
-/// `value` is a number from `low` to `high`.
-pub(crate) fn in_range(
+/// `value` is a number from `low` to `high`, all in `unit`; `place` is its key.
+///
+/// # Errors
+/// The key, and [`Problem::OutOfRange`].
+pub fn in_range(
     place: &str,
     value: f64,
     low: f64,

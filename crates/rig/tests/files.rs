@@ -4,9 +4,9 @@
 use proptest::prelude::*;
 use rijke_numerics::{C64, Matrix};
 use rijke_rig::{
-    Calibration, ChannelErrors, Click, DataKind, Day, Observations, Ping, PointObservations, PointRecords,
-    RecordFolder, RecordSet, RecordSource, RecordTiming, Rejection, RigError, Samples24, TubeCampaign,
-    TubeRig, inspect, read_record,
+    Apparatus, Calibration, ChannelErrors, Click, DataKind, Day, FactorValue, Observations, OperatingPoint,
+    Ping, PointObservations, PointRecords, RecordFolder, RecordSet, RecordSource, RecordTiming, Rejection,
+    RigError, Samples24, Stretch, Way, inspect, read_record,
 };
 use std::path::{Path, PathBuf};
 
@@ -30,12 +30,29 @@ impl Drop for Scratch {
 
 const FRAMES: usize = 12;
 
+fn rig() -> Apparatus {
+    Apparatus::parse(include_str!("../data/rig.toml"), Path::new("rig.toml")).unwrap()
+}
+
+/// A point with two factors, one of which may be absent.
+fn point(id: &str, x: Option<f64>) -> OperatingPoint {
+    let factor =
+        |name: &str, value: f64, unit: &str| (name.to_owned(), FactorValue { value, unit: unit.to_owned() });
+    let factors =
+        x.map(|x| factor("x_h", x, "m")).into_iter().chain([factor("flow", 1e-4 / 3.0, "m^3 s^-1")]);
+    OperatingPoint { id: id.into(), row: "C3".into(), repeats: 40, factors: factors.collect() }
+}
+
 /// Two operating points, one ping and one click each, one calibration click; channels in reverse order.
 fn small_set() -> RecordSet {
-    let points = TubeCampaign::juniper_yoko_2022().points.into_iter().filter(|p| p.row == "C3").take(2);
+    let stretch = Stretch { from: 0.0, to: 1.0 / 3.0, wetted: 63.25, excess_sd: 0.5 };
+    let points = [
+        (point("C3-E", None), None),
+        (point("C3-05", Some(0.05)), Some(Way { hot: true, stretches: vec![stretch] })),
+    ];
     let stretch = |rate_hz| RecordTiming { rate_hz, quiet: 3 };
     RecordSet {
-        rig: TubeRig::juniper_yoko_2022(),
+        rig: rig(),
         kind: DataKind::Virtual,
         source: "a test".into(),
         channels: (0..8).rev().map(Some).collect(),
@@ -45,14 +62,15 @@ fn small_set() -> RecordSet {
         click: stretch(62_500.0),
         days: vec![Day { id: "one".into(), ambient_temperature: 293.0, ambient_temperature_sd: 0.1 }],
         points: points
-            .map(|point| PointRecords {
+            .into_iter()
+            .map(|(point, way)| PointRecords {
+                way,
                 day: 0,
                 pings: vec![format!("{}-ping.wav", point.id)],
                 clicks: vec![format!("{}-click.wav", point.id)],
                 point,
             })
             .collect(),
-        ramps: vec![],
         calibrations: vec![Calibration {
             day: 0,
             stretch: stretch(10_000.0),
@@ -205,8 +223,7 @@ fn exact_messages_of_a_bad_manifest() {
 }
 
 fn observations() -> Observations {
-    let rig = TubeRig::juniper_yoko_2022();
-    let point = TubeCampaign::juniper_yoko_2022().points.into_iter().find(|p| p.id == "C3-35").unwrap();
+    let (rig, point) = (rig(), point("C3-35", Some(0.35)));
     let covariance = |n: usize| {
         Matrix::from_fn(n, n, |i, j| if i == j { 0.125 + i as f64 } else { 1e-3 / (1.0 + (i + j) as f64) })
     };
@@ -232,7 +249,6 @@ fn observations() -> Observations {
             clicks: vec![(0, click)],
         }],
         rejections: vec![Rejection { record: "a, b".into(), reason: "clipped\ntwice".into() }],
-        ramps: vec![],
         channels: Some(ChannelErrors { delays: scaled(1e-14), gains: scaled(1e-6) }),
         rig,
     }
@@ -359,13 +375,12 @@ proptest! {
     /// Nor does any text the TOML and CSV readers, and a rig that is accepted is inside its own limits.
     #[test]
     fn oracle_any_text_gives_a_rig_or_an_error(position in -10.0..10.0_f64, diameter in -1.0..2.0_f64, text in "\\PC*") {
-        let paper = include_str!("../data/rigs/juniper-yoko-2022.toml");
-        let _ = TubeRig::parse(&text, Path::new("x"));
-        let _ = TubeCampaign::parse(&text, Path::new("x"));
+        let paper = include_str!("../data/rig.toml");
+        let _ = Apparatus::parse(&text, Path::new("x"));
         let changed = paper.replace("0.25, 0.35", &format!("{position:?}, 0.35")).replace("0.0474", &format!("{diameter:?}"));
-        if let Ok(rig) = TubeRig::parse(&changed, Path::new("x")) {
-            prop_assert!(rig.microphones.positions.iter().all(|x| *x > 0.0 && *x < rig.tube.length));
-            prop_assert!(rig.plates.outer_diameter < rig.tube.inner_diameter);
+        if let Ok(rig) = Apparatus::parse(&changed, Path::new("x")) {
+            prop_assert!(rig.microphones.positions.iter().all(|x| *x > 0.0 && *x < rig.duct.length));
+            prop_assert!(rig.duct.inner_diameter <= rig.duct.length);
         }
     }
 }

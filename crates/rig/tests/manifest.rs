@@ -13,11 +13,11 @@ impl Drop for Scratch {
     }
 }
 
-const RIG: &str = include_str!("../data/rigs/juniper-yoko-2022.toml");
-const CAMPAIGN: &str = include_str!("../data/campaigns/juniper-yoko-2022.toml");
+const RIG: &str = include_str!("../data/rig.toml");
+const CAMPAIGN: &str = include_str!("../data/campaign.csv");
 
 /// Three microphones, the middle one of which is the reference; two days; one ping each.
-const MANIFEST: &str = "rig = 'rig.toml'\ncampaign = 'campaign.toml'\nkind = 'measured'\nsource = 'a test'\n\
+const MANIFEST: &str = "rig = 'rig.toml'\ncampaign = 'campaign.csv'\nkind = 'measured'\nsource = 'a test'\n\
     ping = { rate_hz = 1000, quiet_samples = 1 }\n\
     [channels]\nlow = 0\nmiddle = 1\nhigh = 2\ndrive = -1\n\
     [microphones]\nsensitivity = ['50 mV/Pa', '40 mV/Pa', '20 mV/Pa']\nsensitivity_sd = '1 %'\ngain_sd = 0.0\ndelay_sd = '5 us'\n\
@@ -37,7 +37,7 @@ fn study(name: &str) -> Scratch {
     let rest = rest.split_once(']').unwrap().1.replacen("reference = 5", "reference = 1", 1);
     std::fs::write(folder.join("rig.toml"), format!("{head}positions = [0.25, 0.5, 0.75]{rest}")).unwrap();
     for (file, text) in
-        [("campaign.toml", CAMPAIGN), ("manifest.toml", &manifest("")), ("mon.csv", MON), ("tue.csv", TUE)]
+        [("campaign.csv", CAMPAIGN), ("manifest.toml", &manifest("")), ("mon.csv", MON), ("tue.csv", TUE)]
     {
         std::fs::write(folder.join(file), text).unwrap();
     }

@@ -20,7 +20,7 @@ fn folder(name: &str) -> PathBuf {
     for file in ["observations.toml", "points.csv", "pings.csv"] {
         std::fs::write(folder.join(file), example(file)).unwrap();
     }
-    let rig = include_str!("../data/rigs/juniper-yoko-2022.toml");
+    let rig = include_str!("../data/rig.toml");
     let (head, rest) = rig.split_once("positions = [").unwrap();
     let rig = format!("{head}positions = [0.75]{}", rest.split_once(']').unwrap().1).replacen(
         "reference = 5",
@@ -38,7 +38,10 @@ fn exact_the_examples_of_the_page_are_observations() {
     assert_eq!((read.points.len(), read.rig.microphones.positions.len()), (3, 1));
     let hot = &read.points[2];
     let ping = hot.ping.as_ref().unwrap();
-    assert_eq!((hot.point.power, hot.point.position, ping.s), (60.0, Some(0.2), C64::new(-3.1, 1092.3)));
+    assert_eq!(
+        (hot.point.factor("Q_h"), hot.point.factor("X_h"), ping.s),
+        (Some(60.0), Some(0.2), C64::new(-3.1, 1092.3))
+    );
     assert_eq!(
         (ping.covariance[(0, 0)], ping.covariance[(0, 1)], ping.covariance[(1, 1)]),
         (0.08 * 0.08, 0.0, 0.25)
@@ -67,7 +70,19 @@ fn exact_messages_of_tables_prepared_by_hand() {
         "-6.21,1041.7,0",
         "line 2, column `sd_growth_rate_per_s`: `0` is not a positive",
     );
-    refused("points.csv", "power_W", "power", "column 6 is `power`, expected `power_W`");
+    refused(
+        "points.csv",
+        "temperature_K",
+        "temperature",
+        "column 7 is `ambient_temperature`, expected `ambient_temperature_K`",
+    );
+    // A column that is not known is a factor with its unit, or refused.
+    let unknown = "is no column of this table; a factor has its unit in the heading";
+    refused("points.csv", "Q_h [W]", "power_W", &format!("line 1, column `power_W`: {unknown}"));
+    refused("points.csv", "Q_h [W]", "Q_h [watt]", "column `Q_h [watt]`: `watt`");
+    refused("points.csv", "Q_h [W]", "X_h [m]", "`X_h [m]` appears twice");
+    refused("points.csv", "Q_h [W]", "X_h [mm]", "`X_h` appears twice");
+    refused("points.csv", ",60,", ",hot,", "line 4, column `Q_h [W]`: `hot` is not a finite number");
     refused("points.csv", "293.4", "20 C", "line 2, column `ambient_temperature_K`: `20 C`");
     refused(
         "pings.csv",

@@ -15,8 +15,10 @@ pub(crate) use foreseen::foresee;
 use rijke_flow::assimilate::{self, AssimilationMethod, NamedStates, Records, RunReport};
 use rijke_flow::settled;
 use rijke_flow::shown::{FlowDocument, settles, together, unknowns_table, velocity_table, words};
-use rijke_flow::{BaseStates, Closures, FlowError, PROFILES, read_profiles};
-use rijke_rig::{DataKind, Observations, TubeRig};
+use rijke_flow::{
+    BaseStates, Closures, FlowError, HeatedTube, PROFILES, TubeObservations, TubeRig, read_profiles,
+};
+use rijke_rig::DataKind;
 use rijke_study::{Study, plan::Base};
 use std::path::{Path, PathBuf};
 
@@ -25,6 +27,7 @@ use std::path::{Path, PathBuf};
 #[command(
     after_help = "Examples:\n  rijke flow virtual-rig --out base-flow\n  rijke flow --twin --out clicks && rijke flow clicks --out base-flow\n\n\
     Reads DIR/observations (or DIR itself) as `rijke process` writes them: the mean clicks of settled operating points.\n\
+    tube.toml beside them describes the heated tube.\n\
     Three files may lie beside them. readings.csv has thermometers or speeds of sound along the tube; they count with the clicks,\n\
     or alone. ramps.csv says which points were measured while the power changed, and when; their base flow is that of the moment.\n\
     profiles.csv has temperatures or sound speeds along the tube; then the base flow is that profile, and nothing is inferred.\n\
@@ -79,7 +82,7 @@ enum Choice {
 pub(crate) fn is_due(study: &Study) -> bool {
     let observations = study.folder.join("observations");
     matches!(study.plan.base, Base::States(_))
-        && ["pings.csv", "rig.toml"].iter().all(|file| observations.join(file).is_file())
+        && ["pings.csv", HeatedTube::FILE].iter().all(|file| observations.join(file).is_file())
 }
 
 /// Infers the base flow of a study with the usual options; when its ramps are settled, in words.
@@ -123,7 +126,7 @@ fn infer(args: &Args, dir: &Path, closures: &Closures, ui: &Ui) -> Result<Vec<St
         std::fs::write(&path, text).or_failed().map_err(|f| f.at(&path))
     };
     states.write(&staged.path().join(BaseStates::FILE)).or_failed()?;
-    if let Some(observations) = settled.and_then(|folder| Observations::read(folder).ok()) {
+    if let Some(observations) = settled.and_then(|folder| TubeObservations::read(folder).ok()) {
         let file = self::states::states(&states, &observations);
         write("states.json", serde_json::to_string(&file).or_failed()? + "\n")?;
     }
@@ -147,7 +150,7 @@ type Inferred = (FlowDocument, BaseStates);
 
 /// From the mean clicks of settled operating points.
 fn from_observations(args: &Args, folder: &Path, closures: &Closures, ui: &Ui) -> Result<Inferred, Failure> {
-    let observations = Observations::read(folder).or_bad_input()?;
+    let observations = TubeObservations::read(folder).or_bad_input()?;
     if folder.join(PROFILES).is_file() {
         let states = read_profiles(folder, &observations).or_bad_input()?;
         let document = FlowDocument {
@@ -175,7 +178,7 @@ fn from_observations(args: &Args, folder: &Path, closures: &Closures, ui: &Ui) -
         FlowError::FarOff { file: name, .. } => {
             let place = if name == settled::Readings::FILE { file.clone() } else { folder.join(name) };
             Failure::bad_input(error).at(&place).remedy(
-                "Compare the readings and their units with rig.toml (gas, length, places of microphones) and with the ambient temperatures of points.csv.",
+                "Compare the readings and their units with tube.toml (gas, length, places of microphones) and with the ambient temperatures of points.csv.",
             )
         }
         _ => blame(error).at(folder),
@@ -184,7 +187,7 @@ fn from_observations(args: &Args, folder: &Path, closures: &Closures, ui: &Ui) -
 }
 
 /// What stands in `readings.csv` among the observations or beside the study; nothing without the file.
-fn readings(folder: &Path, observations: &Observations) -> Result<(PathBuf, settled::Readings), Failure> {
+fn readings(folder: &Path, observations: &TubeObservations) -> Result<(PathBuf, settled::Readings), Failure> {
     let beside = folder.parent().filter(|p| p.join("study.toml").is_file());
     let mut files = [Some(folder), beside].into_iter().flatten().map(|f| f.join(settled::Readings::FILE));
     let file = files.find(|f| f.is_file()).unwrap_or_else(|| folder.join(settled::Readings::FILE));

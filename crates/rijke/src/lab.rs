@@ -6,10 +6,12 @@ use crate::{
     staging::StagedFolder,
     ui::Ui,
 };
+use rijke_flow::{TubeCampaign, TubePoint, TubeRig};
 use rijke_lab::{Truth, VirtualRig};
-use rijke_rig::{RecordSource, TubeCampaign, TubeRig};
+use rijke_rig::{RecordSource, RigError};
+use rijke_study::Campaign;
 use serde_json::json;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Record a campaign in the virtual laboratory: raw microphone records of pings and clicks, or of sweeps, as
 /// WAV files with a manifest, exactly as `rijke process` reads them from a real rig.
@@ -42,10 +44,11 @@ pub(crate) struct Laboratory {
     /// Seed of all random numbers: the same seed gives the same bytes [default: 1].
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
-    /// Rig file [default: the rig of Juniper & Yoko 2022].
+    /// File of the heated tube, tube.toml [default: the rig of Juniper & Yoko 2022].
     #[arg(long, value_name = "FILE")]
     rig: Option<PathBuf>,
-    /// Campaign file; it may name ramps [default: Table 1 of Juniper & Yoko 2022].
+    /// Campaign file (TOML; it may name ramps), or campaign.csv of a study [default: Table 1 of Juniper &
+    /// Yoko 2022].
     #[arg(long, value_name = "FILE")]
     campaign: Option<PathBuf>,
     /// What is true in the laboratory [default: crates/lab/data/truth.toml of the project].
@@ -58,12 +61,10 @@ impl Laboratory {
     pub(crate) fn open(&self) -> Result<VirtualRig, Failure> {
         let rig =
             self.rig.as_deref().map_or(Ok(TubeRig::juniper_yoko_2022()), TubeRig::read).or_bad_input()?;
-        let campaign =
-            self.campaign.as_deref().map_or(Ok(TubeCampaign::juniper_yoko_2022()), TubeCampaign::read);
+        let campaign = self.campaign.as_deref().map_or(Ok(TubeCampaign::juniper_yoko_2022()), campaign)?;
         let truth = self.truth.as_deref().map_or(Ok(Truth::standard()), Truth::read).or_bad_input()?;
         let seed = self.seed.unwrap_or(1);
-        VirtualRig::new(&rig, &campaign.or_bad_input()?, &truth, &self.rows, self.repeats, seed)
-            .or_bad_input()
+        VirtualRig::new(&rig, &campaign, &truth, &self.rows, self.repeats, seed).or_bad_input()
     }
 
     /// Whether any of the options was given.
@@ -74,6 +75,22 @@ impl Laboratory {
             || self.seed.is_some()
             || files.iter().any(|f| f.is_some())
     }
+}
+
+/// A campaign of the laboratory (TOML), or the table of a study (CSV), whose factors are those of the heated
+/// tube.
+fn campaign(path: &Path) -> Result<TubeCampaign, Failure> {
+    if path.extension().is_none_or(|end| end != "csv") {
+        return TubeCampaign::read(path).or_bad_input();
+    }
+    let campaign = Campaign::read(path).or_bad_input()?;
+    let points = campaign.operating_points();
+    let points = points.iter().map(|point| {
+        TubePoint::of(point)
+            .map_err(|(place, problem)| Failure::of_input(&RigError::invalid(path, place, problem)))
+    });
+    let points = points.collect::<Result<_, _>>()?;
+    Ok(TubeCampaign { name: path.display().to_string(), points, ramps: Vec::new() })
 }
 
 pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {

@@ -7,10 +7,11 @@ use crate::{
     staging::StagedFolder,
     ui::Ui,
 };
-use rijke_rig::{OperatingPoint, TubeCampaign};
+use rijke_rig::OperatingPoint;
+use rijke_study::Campaign;
 use serde_json::json;
 use std::path::{Path, PathBuf};
-use templates::{HEATED_TUBE_MANIFEST, RECORDED, Template};
+use templates::{HEATED_TUBE_MANIFEST, Template};
 
 /// Write a commented study to fill in: rig.toml, campaign.csv, candidates, study.toml, and drafts of records
 /// and observations.
@@ -29,19 +30,23 @@ pub(crate) struct Args {
 pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     // Never replaces anything: these files are written by hand.
     let folder = StagedFolder::new(&args.dir, "study.toml", false)?;
-    let mut files: Vec<(&str, String)> =
-        args.template.files().iter().map(|(name, text)| (*name, (*text).to_owned())).collect();
-    if args.template == Template::HeatedTube {
-        let name = "draft/records/manifest.toml";
-        files.push((name, manifest().map_err(|f| f.at(Path::new(name)))?));
-    }
-    for (name, text) in &files {
+    let write = |name: &str, text: &str| {
         let path = folder.path().join(name);
         let write = |path: &Path| {
             path.parent().map_or(Ok(()), std::fs::create_dir_all)?;
             std::fs::write(path, text)
         };
-        write(&path).or_failed().map_err(|f| f.at(&path))?;
+        write(&path).or_failed().map_err(|f| f.at(&path))
+    };
+    let mut names: Vec<&str> = Vec::new();
+    for (name, text) in args.template.files() {
+        write(name, text)?;
+        names.push(name);
+    }
+    if args.template == Template::HeatedTube {
+        let name = "draft/records/manifest.toml";
+        write(name, &manifest(&folder.path().join("campaign.csv"))?)?;
+        names.push(name);
     }
     folder.commit()?;
     let dir = args.dir.display();
@@ -49,14 +54,13 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     ui.say(format!(
         "then: rijke check {dir}; and with draft/records or draft/observations filled in and moved up: rijke run {dir}"
     ));
-    let names: Vec<&str> = files.iter().map(|(name, _)| *name).collect();
     ui.result(&json!({ "dir": args.dir, "files": names }))
 }
 
 /// The manifest of the heated tube, with the names that the records of its campaign may have.
-fn manifest() -> Result<String, Failure> {
-    let campaign = TubeCampaign::parse(RECORDED, Path::new("campaign.toml")).or_failed()?;
-    let points: String = campaign.points.iter().map(point).collect();
+fn manifest(campaign: &Path) -> Result<String, Failure> {
+    let campaign = Campaign::read(campaign).or_failed()?;
+    let points: String = campaign.operating_points().iter().map(point).collect();
     Ok(format!("{HEATED_TUBE_MANIFEST}{points}"))
 }
 

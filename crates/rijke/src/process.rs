@@ -16,7 +16,8 @@ use crate::{
     ui::Ui,
 };
 pub(crate) use excited::{Checked, checked};
-use rijke_rig::{PointObservations, Ramp, RecordFolder, RecordSource, Rejection};
+use rijke_flow::{HeatedTube, Ramp};
+use rijke_rig::{Described, OperatingPoint, PointObservations, RecordFolder, RecordSource, Rejection};
 use rijke_signal::{
     ChannelDelays, ChannelPriors, Kept, PointScatter, ProcessError, ProcessOptions, Processed, process_again,
     record_count,
@@ -77,7 +78,7 @@ pub(crate) fn records(records: &Path, out: &Path, force: bool, ui: &Ui) -> Resul
 /// Processes the records of a study that are there so far, of which some fits are kept; with a figure of the
 /// record called `shown`.
 pub(crate) fn so_far(
-    records: RecordFolder,
+    mut records: RecordFolder,
     study: Study,
     out: &Path,
     kept: &Kept,
@@ -85,7 +86,9 @@ pub(crate) fn so_far(
 ) -> Result<(Processed, Option<String>), Failure> {
     let args = usual(records.folder(), out, true)?;
     let of_the_study = !records.has_own_campaign();
-    let given = Given { source: Box::new(records), study: Some(study), of_the_study, twins: Vec::new() };
+    let tube = tube(&mut records)?;
+    let (source, twins) = (Box::new(records), Vec::new());
+    let given = Given { source, tube, study: Some(study), of_the_study, twins };
     let processed = make(&args, out, &given, Some(kept), &Ui::silent())?;
     let figure = match shown {
         Some(name) => plot::of_record(&*given.source, &processed, name)?,
@@ -106,6 +109,8 @@ fn usual(records: &Path, out: &Path, force: bool) -> Result<Args, Failure> {
 /// Records, and what is known of them.
 struct Given {
     source: Box<dyn RecordSource>,
+    /// The heated tube in which they were taken, if it was one.
+    tube: Option<HeatedTube>,
     study: Option<Study>,
     /// Whether rig and campaign are those of the study.
     of_the_study: bool,
@@ -131,8 +136,11 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     }
     let (mut study, mut of_the_study) = (None, false);
     let mut twins = Vec::new();
+    let heated;
     let source: Box<dyn RecordSource> = if args.virtual_rig {
-        Box::new(args.laboratory.open()?)
+        let laboratory = args.laboratory.open()?;
+        heated = Some(laboratory.tube().clone());
+        Box::new(laboratory)
     } else if args.laboratory.is_described() {
         return Err(Failure::bad_input(format!(
             "{}: rows, repeats, seed, rig, campaign and truth describe a virtual rig, not a folder of records",
@@ -141,12 +149,13 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
         .remedy("Leave these options out, or give --virtual-rig instead of the folder."));
     } else {
         let opened = open(&name)?;
+        heated = opened.tube;
         twins = opened.records.twins().or_bad_input()?;
         of_the_study = !opened.records.has_own_campaign();
         study = opened.study;
         Box::new(opened.records)
     };
-    let given = Given { source, study, of_the_study, twins };
+    let given = Given { source, tube: heated, study, of_the_study, twins };
     let processed = make(args, &out, &given, None, ui)?;
     tell(&processed, &out, ui)
 }
@@ -155,13 +164,18 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
 fn make(
     args: &Args,
     out: &Path,
-    Given { source, study, of_the_study, twins }: &Given,
+    Given { source, tube, study, of_the_study, twins }: &Given,
     kept: Option<&Kept>,
     ui: &Ui,
 ) -> Result<Processed, Failure> {
     let name = args.records.clone().unwrap_or_else(|| PathBuf::from("virtual rig"));
-    // Ramps that stand beside observations whose records have none were put there by hand.
-    let own = if source.set().ramps.is_empty() { &WRITTEN[1..] } else { &WRITTEN };
+    // A tube and ramps that stand beside observations whose records have none were put there by hand.
+    let by_hand = match tube {
+        None => 2,
+        Some(tube) if tube.ramps.is_empty() => 1,
+        Some(_) => 0,
+    };
+    let own = &WRITTEN[by_hand..];
     let folder = StagedFolder::beside_others(out, "observations.toml", own, args.force)?;
     let mut options = ProcessOptions::default();
     let mut said = stated::said_of_twins(twins);
@@ -188,6 +202,10 @@ fn make(
     }
     processed.notes.splice(0..0, said);
     processed.observations.write(folder.path()).or_failed()?;
+    if let Some(tube) = tube {
+        let points = &processed.observations.points;
+        tube.write_within(folder.path(), &|id| points.iter().any(|p| p.point.id == id)).or_failed()?;
+    }
     Rejection::write_all(&processed.corrections, &folder.path().join("corrections.csv")).or_failed()?;
     if args.plot {
         plot::write(&**source, &processed, folder.path())?;
@@ -234,8 +252,9 @@ fn tell(processed: &Processed, out: &Path, ui: &Ui) -> Result<(), Failure> {
 }
 
 /// What `rijke process` writes; other files in its folder are kept.
-static WRITTEN: [&str; 12] = [
+static WRITTEN: [&str; 13] = [
     Ramp::FILE,
+    HeatedTube::FILE,
     "rig.toml",
     "points.csv",
     "pings.csv",
@@ -253,6 +272,7 @@ static WRITTEN: [&str; 12] = [
 pub(crate) struct Opened {
     pub(crate) records: RecordFolder,
     pub(crate) study: Option<Study>,
+    tube: Option<HeatedTube>,
 }
 
 /// Opens a folder of records, or of a study whose records lie in DIR/records.
@@ -261,9 +281,33 @@ pub(crate) fn open(dir: &Path) -> Result<Opened, Failure> {
     let (folder, study) =
         if dir.join("study.toml").is_file() { (below.as_path(), Some(dir)) } else { (dir, dir.parent()) };
     let study = study.filter(|s| s.join("study.toml").is_file()).map(crate::study::open).transpose()?;
-    let described = study.as_ref().map(Study::for_records).transpose().or_bad_input()?;
-    let records = RecordFolder::open_of(folder, described).or_bad_input()?;
-    Ok(Opened { records, study })
+    let described = described(folder, study.as_ref())?;
+    let mut records = RecordFolder::open_of(folder, described).or_bad_input()?;
+    let tube = tube(&mut records)?;
+    Ok(Opened { records, study, tube })
+}
+
+/// What is known of the records in `folder` where their manifest names no files: of a heated tube its
+/// `tube.toml` says what the rig is, and else the study.
+pub(crate) fn described(folder: &Path, study: Option<&Study>) -> Result<Described, Failure> {
+    let Some(study) = study else { return Ok(Described::default()) };
+    let points = study.campaign.operating_points();
+    let tube = HeatedTube::read_within(folder, points.iter()).or_bad_input()?;
+    let rig = match tube {
+        Some(tube) => tube.rig.apparatus(),
+        None => study.apparatus().or_bad_input()?,
+    };
+    Ok(Described { rig: Some(rig), points: Some(points) })
+}
+
+/// The heated tube of a folder of records, if it describes one; its points know what sound passes there.
+fn tube(records: &mut RecordFolder) -> Result<Option<HeatedTube>, Failure> {
+    let points: Vec<OperatingPoint> = records.set().points.iter().map(|p| p.point.clone()).collect();
+    let tube = HeatedTube::read_within(records.folder(), points.iter()).or_bad_input()?;
+    if let Some(tube) = &tube {
+        records.fill_ways(|point| tube.way(point));
+    }
+    Ok(tube)
 }
 
 /// A positive finite number.

@@ -78,7 +78,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     // One watch at a time; what it calls takes locks of its own.
     let _lock = Lock::take(&live)?;
     fs::create_dir_all(&live).or_bad_input().map_err(|f| f.at(&live))?;
-    let described = study.for_records().map(Some).or_bad_input()?;
+    let described = crate::process::described(&dir.join("records"), Some(&study))?;
     let mut arrivals = Arrivals::new(&dir.join("records"), described);
     let mut watch = Watch {
         args,

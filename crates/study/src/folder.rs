@@ -8,10 +8,13 @@ use crate::{
     Campaign, Candidate, Catalogue, Claims, ObservedModes, Rig, StudyError, StudyProblem, read_modes,
 };
 use rijke_numerics::read_text;
-use rijke_rig::{ChannelErrors, DataKind, Ramp};
+use rijke_rig::{ChannelErrors, DataKind};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+
+/// Table of the points that were passed while the state of the gas changed, among the observations.
+const PASSED: &str = "ramps.csv";
 
 /// Everything that a folder says of a rig, of what was measured on it, and of what is asked.
 #[derive(Clone, Debug)]
@@ -110,7 +113,7 @@ impl Study {
     /// settled.
     pub fn observations(&self) -> Result<ObservedModes, StudyError> {
         let folder = self.folder.join("observations");
-        self.knows_states_of(&folder.join(Ramp::FILE))?;
+        self.knows_states_of(&folder.join(PASSED))?;
         let source = Source::read(&folder.join("observations.toml"))?;
         let responses = !self.plan.responses.is_empty();
         let origin = if responses { Origin::beside_responses(&source) } else { source.toml() }?;

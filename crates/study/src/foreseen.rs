@@ -5,7 +5,7 @@
 use crate::base::{Cause, PointState};
 use crate::plan::Base;
 use crate::{Campaign, Point, Study};
-use rijke_rig::{Day, Observations, OperatingPoint, PointObservations};
+use rijke_rig::{Day, Observations, PointObservations};
 use std::collections::BTreeMap;
 
 /// Standard deviations of the mass flow up to which two fits of the same flow are the same: each ends a
@@ -22,17 +22,25 @@ pub type States = BTreeMap<String, PointState>;
 /// Why a state cannot be foreseen.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Unforeseen {
-    /// It is not clear which factor is the place, or the power.
-    #[error(
-        "{count} factors of {file} are {what} of the points that were measured; to foresee the flow elsewhere it must be one"
-    )]
-    Factors {
-        /// How many could be.
-        count: usize,
+    /// A factor that the flow knows, and the campaign does not.
+    #[error("{file} has no factor `{name}`; to foresee the flow elsewhere, call it so")]
+    Factor {
         /// The file of the campaign.
         file: String,
-        /// What it is to be.
-        what: &'static str,
+        /// The factor.
+        name: String,
+    },
+    /// No point with power was measured, or the campaign and the observations have other values of a factor.
+    #[error(
+        "no measured point has `{place}` and `{power}` as {file} says; to foresee the flow elsewhere, correct one of the two"
+    )]
+    Unlike {
+        /// The file of the campaign.
+        file: String,
+        /// The factor that is the place.
+        place: String,
+        /// The factor that is the power.
+        power: String,
     },
     /// No measured point differs in place and power alone.
     #[error(
@@ -106,7 +114,7 @@ fn signs(known: &States, found: &States) -> Option<BTreeMap<Cause, bool>> {
 
 impl Campaign {
     /// Points at which nothing was measured, in the words of the records: like the nearest measured point
-    /// that differs in place and power alone.
+    /// that differs in the factors `place` and `power` of the heat alone.
     ///
     /// # Errors
     /// [`Unforeseen`].
@@ -114,8 +122,10 @@ impl Campaign {
         &self,
         points: &[&Point],
         observations: &Observations,
+        place: &str,
+        power: &str,
     ) -> Result<Vec<PointObservations>, Unforeseen> {
-        let measured = Measured::of(self, observations)?;
+        let measured = Measured::of(self, observations, place, power)?;
         points.iter().map(|point| measured.planned(point)).collect()
     }
 }
@@ -130,25 +140,29 @@ struct Measured<'a> {
 }
 
 impl<'a> Measured<'a> {
-    fn of(campaign: &'a Campaign, observations: &'a Observations) -> Result<Self, Unforeseen> {
-        let hot = observations.points.iter().filter(|p| p.point.position.is_some() && p.point.power > 0.0);
-        let pairs: Vec<_> = hot.filter_map(|o| Some((campaign.point(&o.point.id)?.1, o))).collect();
-        let factor = |what: &'static str, of: &dyn Fn(&OperatingPoint) -> Option<f64>| {
-            let fits = |k: &usize| {
-                let same = |(p, o): &(&Point, &PointObservations)| {
-                    of(&o.point).is_some_and(|v| (p.factors[*k] - v).abs() <= 1e-9 * v.abs())
-                };
-                !pairs.is_empty() && pairs.iter().all(same)
-            };
-            let found: Vec<usize> = (0..campaign.factors.len()).filter(fits).collect();
-            match found[..] {
-                [one] => Ok(one),
-                _ => Err(Unforeseen::Factors { count: found.len(), file: campaign.file.clone(), what }),
-            }
+    fn of(
+        campaign: &'a Campaign,
+        observations: &'a Observations,
+        place: &str,
+        power: &str,
+    ) -> Result<Self, Unforeseen> {
+        let file = || campaign.file.clone();
+        let factor = |name: &str| {
+            let lacking = || Unforeseen::Factor { file: file(), name: name.to_owned() };
+            campaign.factor(name).ok_or_else(lacking)
         };
-        let place = factor("the place of the heat", &|p| p.position)?;
-        let power = factor("the power", &|p| Some(p.power))?;
-        Ok(Self { campaign, pairs, place, power })
+        let [at, heat] = [factor(place)?, factor(power)?];
+        let hot = observations.points.iter().filter(|o| o.point.factor(power).is_some_and(|p| p > 0.0));
+        let pairs: Vec<_> = hot.filter_map(|o| Some((campaign.point(&o.point.id)?.1, o))).collect();
+        let same = |(p, o): &(&Point, &PointObservations)| {
+            [(at, place), (heat, power)].iter().all(|(k, name)| {
+                o.point.factor(name).is_some_and(|v| (p.factors[*k] - v).abs() <= 1e-9 * v.abs())
+            })
+        };
+        if pairs.is_empty() || !pairs.iter().all(same) {
+            return Err(Unforeseen::Unlike { file: file(), place: place.into(), power: power.into() });
+        }
+        Ok(Self { campaign, pairs, place: at, power: heat })
     }
 
     /// A point as one of the records at which nothing was measured.
@@ -182,9 +196,14 @@ impl<'a> Measured<'a> {
         {
             ambient = Day { id: point.id.clone(), ambient_temperature: kelvin, ambient_temperature_sd: sd };
         }
-        let (position, power) = (Some(point.factors[self.place]), point.factors[self.power]);
-        let point = OperatingPoint { id: point.id.clone(), position, power, ..like.point.clone() };
-        Ok(PointObservations::unmeasured(point, ambient))
+        let mut planned = like.point.clone();
+        planned.id.clone_from(&point.id);
+        for k in [self.place, self.power] {
+            if let Some(factor) = planned.factors.get_mut(&self.campaign.factors[k].name) {
+                factor.value = point.factors[k];
+            }
+        }
+        Ok(PointObservations::unmeasured(planned, ambient))
     }
 }
 

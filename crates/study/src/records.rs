@@ -1,20 +1,21 @@
-//! What signal processing needs to know of the rig of a study: microphones, gas, the width of the tube.
+//! What signal processing needs to know of the rig of a study: microphones, gas, the width of the duct; and
+//! its operating points by their factors.
 
+use crate::campaign::{Campaign, Point};
 use crate::rig::GasModel;
 use crate::{Study, StudyError, StudyProblem};
-use rijke_rig::{Gas, Insert, Microphones, OperatingPoint, Plates, Recording, Tube, TubeCampaign, TubeRig};
+use rijke_rig::{Apparatus, DuctSize, FactorValue, Gas, Microphones, OperatingPoint, Recording};
 
 /// Temperature at which the geometry is laid out, K; positions that depend on it are of no use to a
 /// laboratory.
 const LAID_OUT: f64 = 293.15;
 
 impl Study {
-    /// Rig and campaign as records are processed with them: one tube as wide as the widest duct, nothing in
-    /// it.
+    /// The rig as records are processed with it: one duct as wide as the widest.
     ///
     /// # Errors
     /// File and remedy: microphones must stay where they are, and the rig needs at least one.
-    pub fn for_records(&self) -> Result<(TubeRig, TubeCampaign), StudyError> {
+    pub fn apparatus(&self) -> Result<Apparatus, StudyError> {
         let file = self.folder.join("rig.toml").display().to_string();
         let fail = |problem| StudyError { file: file.clone(), line: None, problem: Box::new(problem) };
         let Some(first) = self.campaign.points.first() else {
@@ -44,13 +45,12 @@ impl Study {
             // Only its sound speed and its boundary layers matter here.
             GasModel::Perfect { .. } => Gas::air(),
         };
-        let rig = TubeRig {
+        Ok(Apparatus {
             name: self.plan.name.clone(),
             source: "study".into(),
-            tube: Tube {
+            duct: DuctSize {
                 length: layout.length,
                 inner_diameter: (4.0 * widest / std::f64::consts::PI).sqrt(),
-                wall_thickness: 0.0,
             },
             gas,
             pressure: self.rig.pressure,
@@ -58,32 +58,31 @@ impl Study {
                 positions: layout.microphones,
                 reference: self.rig.microphones.reference,
             },
-            thermometers: Vec::new(),
-            insert: Insert { rods: 0, rod_diameter: 0.0, wires: 0, wire_diameter: 0.0 },
-            plates: Plates {
-                outer_diameter: 0.0,
-                inner_diameter: 0.0,
-                plate_thickness: 0.0,
-                plate_gap: 0.0,
-                wire_diameter: 0.0,
-            },
             recording: Recording {
-                ping_rate_hz: 1.0,
-                click_rate_hz: 1.0,
-                arrival_setting_sd_s: 0.0,
+                arrival_setting_sd_s: self.rig.arrival_setting_sd_s,
                 ping_decay_times: self.rig.ping_decay_times,
             },
+        })
+    }
+}
+
+impl Campaign {
+    /// The operating points as records know them.
+    #[must_use]
+    pub fn operating_points(&self) -> Vec<OperatingPoint> {
+        self.points.iter().map(|point| self.operating_point(point)).collect()
+    }
+
+    fn operating_point(&self, point: &Point) -> OperatingPoint {
+        let known = self.factors.iter().zip(&point.factors).filter(|(_, value)| !value.is_nan());
+        let factor = |(factor, value): (&crate::Factor, &f64)| {
+            (factor.name.clone(), FactorValue { value: *value, unit: factor.unit_in_print() })
         };
-        let point = |p: &crate::Point| OperatingPoint {
-            id: p.id.clone(),
-            row: p.row.clone(),
-            position: None,
-            plates: false,
-            thermometers: false,
-            power: 0.0,
-            repeats: p.repeats,
-        };
-        let points = self.campaign.points.iter().map(point).collect();
-        Ok((rig, TubeCampaign { name: self.plan.name.clone(), points, ramps: Vec::new() }))
+        OperatingPoint {
+            id: point.id.clone(),
+            row: point.row.clone(),
+            repeats: point.repeats,
+            factors: known.map(factor).collect(),
+        }
     }
 }

@@ -31,7 +31,7 @@ fn spread(low: f64, high: f64, count: usize) -> Vec<f64> {
 /// Observations of the virtual laboratory with the heater at `places`, at least 1 cm apart, because points
 /// are called by it.
 pub(super) fn campaign(folder: &Path, places: usize, microphones: usize) -> Made {
-    let text = read(&root().join("crates/rig/data/campaigns/juniper-yoko-2022.toml"))?;
+    let text = read(&root().join("crates/flow/data/campaigns/juniper-yoko-2022.toml"))?;
     let mut all = String::from("name = \"scale\"\nsource = \"cargo xtask scale\"\n");
     for row in text.split("\n[[row]]").skip(1).filter(|row| row.contains("id = \"H")) {
         let own = row.lines().filter(|line| !line.starts_with("positions_cm")).collect::<Vec<_>>().join("\n");
@@ -39,26 +39,26 @@ pub(super) fn campaign(folder: &Path, places: usize, microphones: usize) -> Made
     }
     write(&folder.join("campaign.toml"), &all)?;
     rig_of(folder, microphones)?;
-    let words = "process --virtual-rig --rig rig.toml --campaign campaign.toml --repeats 2 --out observations --quiet";
+    let words = "process --virtual-rig --rig tube.toml --campaign campaign.toml --repeats 2 --out observations --quiet";
     succeed(Command::new(program()).args(words.split(' ')).current_dir(folder))
 }
 
 /// Records of one row of the paper's campaign.
 pub(super) fn laboratory(folder: &Path, microphones: usize) -> Made {
     rig_of(folder, microphones)?;
-    let words = "lab --rig rig.toml --rows C3 --repeats 1 --out records --quiet";
+    let words = "lab --rig tube.toml --rows C3 --repeats 1 --out records --quiet";
     succeed(Command::new(program()).args(words.split(' ')).current_dir(folder))
 }
 
 /// The paper's rig with so many microphones.
 fn rig_of(folder: &Path, microphones: usize) -> Made {
-    let rig = read(&root().join("crates/rig/data/rigs/juniper-yoko-2022.toml"))?;
+    let rig = read(&root().join("crates/flow/data/rigs/juniper-yoko-2022.toml"))?;
     let kept = rig.lines().map(|line| match line.split(' ').next() {
         Some("positions") => format!("positions = {:?}", spread(0.25, 0.95, microphones)),
         Some("reference") => format!("reference = {}", microphones / 2),
         _ => line.to_owned(),
     });
-    write(&folder.join("rig.toml"), &(kept.collect::<Vec<_>>().join("\n") + "\n"))
+    write(&folder.join("tube.toml"), &(kept.collect::<Vec<_>>().join("\n") + "\n"))
 }
 
 /// The example quarter-wave, its files changed by `change`, which has the name and the text of each.

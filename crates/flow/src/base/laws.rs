@@ -3,7 +3,8 @@
 
 use super::state::{BaseState, ErrorComponent};
 use super::states::BaseStates;
-use rijke_rig::{Observations, OperatingPoint};
+use crate::apparatus::observed::TubeObservations;
+use crate::apparatus::point::TubePoint;
 use std::collections::BTreeMap;
 
 /// Name of the velocity of the gas that approaches the heater, as laws know it.
@@ -42,12 +43,12 @@ pub struct ErrorForLaws {
 impl BaseStates {
     /// The states of the points with power, or on a ramp; else the gas is at rest, as any study knows.
     #[must_use]
-    pub fn for_laws(&self, observations: &Observations) -> BTreeMap<String, StateForLaws> {
+    pub fn for_laws(&self, observations: &TubeObservations) -> BTreeMap<String, StateForLaws> {
         let ramped = |id: &str| observations.ramps.iter().any(|ramp| ramp.time_of(id).is_some());
         let powered = observations.points.iter().map(|p| &p.point);
         let powered = powered.filter(|p| p.power > 0.0 || ramped(&p.id));
         let (area, half) = (observations.rig.tube.area(), 0.5 * observations.rig.plates.length());
-        let of = |point: &OperatingPoint| {
+        let of = |point: &TubePoint| {
             let state = self.points.get(&point.id)?;
             Some((point.id.clone(), state.for_laws(area, half, point.position)))
         };

@@ -3,8 +3,11 @@
 
 use super::state::{BaseState, ErrorComponent};
 use super::states::BaseStates;
+use crate::apparatus::geometry::TubeRig;
+use crate::apparatus::observed::TubeObservations;
+use crate::apparatus::point::TubePoint;
 use crate::error::FlowError;
-use rijke_rig::{Gas, Observations, OperatingPoint, TubeRig};
+use rijke_rig::Gas;
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -27,9 +30,9 @@ type Row = (usize, String, Vec<f64>);
 ///
 /// # Errors
 /// [`FlowError::File`] with file, line and remedy.
-pub fn read_profiles(folder: &Path, observations: &Observations) -> Result<BaseStates, FlowError> {
+pub fn read_profiles(folder: &Path, observations: &TubeObservations) -> Result<BaseStates, FlowError> {
     let rig = &observations.rig;
-    let points: BTreeMap<&str, &OperatingPoint> =
+    let points: BTreeMap<&str, &TubePoint> =
         observations.points.iter().map(|p| (p.point.id.as_str(), &p.point)).collect();
     let path = folder.join(PROFILES);
     let sound = ["point", "x_m", "sound_speed_m_per_s", "sound_speed_sd_m_per_s"];
@@ -74,7 +77,7 @@ pub fn read_profiles(folder: &Path, observations: &Observations) -> Result<BaseS
 
 fn state(
     rig: &TubeRig,
-    point: &OperatingPoint,
+    point: &TubePoint,
     nodes: &[[f64; 3]],
     [velocity, velocity_sd]: [f64; 2],
 ) -> BaseState {
@@ -130,7 +133,7 @@ fn warmth(gas: &Gas, pressure: f64, sound_speed: f64, sd: f64) -> [f64; 2] {
 
 fn velocities(
     path: &Path,
-    points: &BTreeMap<&str, &OperatingPoint>,
+    points: &BTreeMap<&str, &TubePoint>,
 ) -> Result<BTreeMap<String, [f64; 2]>, FlowError> {
     if !path.exists() {
         return Ok(BTreeMap::new());
@@ -148,7 +151,7 @@ fn velocities(
     Ok(all)
 }
 
-fn known(points: &BTreeMap<&str, &OperatingPoint>, id: &str) -> Result<(), String> {
+fn known(points: &BTreeMap<&str, &TubePoint>, id: &str) -> Result<(), String> {
     let names = || points.keys().copied().collect::<Vec<_>>().join(", ");
     if points.contains_key(id) {
         Ok(())
@@ -198,19 +201,18 @@ fn rows(path: &Path, header: &[&str]) -> Result<Vec<Row>, FlowError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use rijke_rig::{DataKind, Day, PointObservations, TubeCampaign};
+    use crate::{ObservedTube, TubeCampaign};
+    use rijke_rig::{DataKind, Day};
 
-    fn observations() -> Observations {
+    fn observations() -> TubeObservations {
         let points = TubeCampaign::juniper_yoko_2022().points.into_iter().filter(|p| p.id == "H30-25");
         let day = Day { id: "d".into(), ambient_temperature: 293.0, ambient_temperature_sd: 0.1 };
-        let of = |point| PointObservations::unmeasured(point, day.clone());
-        Observations {
+        let of = |point| ObservedTube { point, ambient: day.clone(), click: None, is_planned: true };
+        TubeObservations {
             rig: TubeRig::juniper_yoko_2022(),
             kind: DataKind::Virtual,
             source: "a test".into(),
             points: points.map(of).collect(),
-            rejections: Vec::new(),
-            channels: None,
             ramps: Vec::new(),
         }
     }

@@ -6,8 +6,8 @@ use super::march::{Drive, Flow, March};
 use super::parameters::{TubeParameters, Unknowns};
 use super::pipe::Pipe;
 use super::transient::Transient;
+use crate::TubeRig;
 use approx::assert_relative_eq;
-use rijke_rig::TubeRig;
 use std::f64::consts::PI;
 
 const AMBIENT: f64 = 293.15;

@@ -3,8 +3,9 @@
 use super::air::Air;
 use super::closures::Closures;
 use super::convection::Convection;
+use crate::apparatus::geometry::TubeRig;
 use crate::error::FlowError;
-use rijke_rig::{Gas, TubeRig};
+use rijke_rig::Gas;
 
 /// A vertical tube with a heater at one place.
 #[derive(Clone, Debug)]

@@ -4,8 +4,8 @@ use super::draught::Draught;
 use super::parameters::Unknowns;
 use super::pipe::Pipe;
 use super::transient::{TIGHT, Transient};
+use crate::apparatus::ramp::{Logged, Ramp};
 use crate::error::FlowError;
-use rijke_rig::{Logged, Ramp};
 
 /// Time after a change of power in which the longest step doubles, s: some three lags of the heater.
 const CALM: f64 = 120.0;

@@ -2,9 +2,10 @@
 
 use super::pipe;
 use rijke_flow::FlowError;
+use rijke_flow::TubeRig;
 use rijke_flow::assimilate::{Records, Twin, TwinOptions, staircase};
 use rijke_numerics::Streams;
-use rijke_rig::{DataKind, TubeRig};
+use rijke_rig::DataKind;
 use std::path::PathBuf;
 
 /// A folder of its own under the build's temporary folder.

@@ -5,6 +5,7 @@
 mod assimilation;
 mod calibration;
 mod convergence;
+mod damaged;
 mod derivatives;
 mod files;
 mod model_error;
@@ -12,8 +13,8 @@ mod physics;
 mod ramp;
 mod robustness;
 
+use rijke_flow::TubeRig;
 use rijke_flow::{Closures, Pipe, TubeParameters, Unknowns};
-use rijke_rig::TubeRig;
 
 const AMBIENT: f64 = 293.15;
 

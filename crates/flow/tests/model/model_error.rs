@@ -4,10 +4,10 @@
 
 use super::{AMBIENT, pipe};
 use rayon::prelude::*;
+use rijke_flow::TubeRig;
 use rijke_flow::assimilate::{Batch, ClosureTension, Twin, TwinOptions};
 use rijke_flow::{Closures, Pipe};
 use rijke_numerics::Streams;
-use rijke_rig::TubeRig;
 
 /// Closures of a richer tube: radiation from the heater, a velocity profile, a darker wall, another entrance.
 fn richer() -> [(&'static str, Closures); 5] {

@@ -1,7 +1,7 @@
 //! Runs over time against the settled states that they end in, and against finer steps.
 
 use super::{AMBIENT, pipe, unknowns};
-use rijke_rig::{Logged, Ramp};
+use rijke_flow::{Logged, Ramp};
 
 /// Power from each time on.
 fn ramp(log: &[(f64, f64)]) -> Ramp {

@@ -2,8 +2,7 @@
 //! candidate does not have.
 
 use crate::truth::{LabError, Truth};
-use rijke_flow::{BaseState, Pipe, Unknowns};
-use rijke_rig::{OperatingPoint, Ramp, TubeRig};
+use rijke_flow::{BaseState, Pipe, Ramp, TubePoint, TubeRig, Unknowns};
 
 /// How much finer than the candidate's grid: errors of the grid are then a tenth of what a candidate makes.
 const REFINEMENT: u32 = 4;
@@ -19,7 +18,7 @@ const STEP: f64 = 5.0;
 pub fn base_state(
     rig: &TubeRig,
     truth: &Truth,
-    point: &OperatingPoint,
+    point: &TubePoint,
     temperature: f64,
 ) -> Result<BaseState, LabError> {
     let failed = |cause| LabError::Flow { point: point.id.clone(), cause };
@@ -40,7 +39,7 @@ pub fn base_state(
 pub(crate) fn moving_state(
     rig: &TubeRig,
     truth: &Truth,
-    point: &OperatingPoint,
+    point: &TubePoint,
     temperature: f64,
     ramp: &Ramp,
 ) -> Result<BaseState, LabError> {

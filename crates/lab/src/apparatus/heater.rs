@@ -3,8 +3,8 @@
 use crate::acoustics::obstacle::{Cylinders, HeatRelease, Lag, Obstacle, end_correction};
 use crate::truth::{LawOfTable4, Truth};
 use rijke_flow::BaseState;
+use rijke_flow::{TubePoint, TubeRig};
 use rijke_numerics::C64;
-use rijke_rig::{OperatingPoint, TubeRig};
 use std::f64::consts::PI;
 
 /// The heater's three obstacles: its lower face, its middle (wires, gap, heat), its upper face. Between them
@@ -19,7 +19,7 @@ pub(crate) struct Heater {
 pub(crate) fn heater(
     rig: &TubeRig,
     truth: &Truth,
-    point: &OperatingPoint,
+    point: &TubePoint,
     position: f64,
     base: &BaseState,
 ) -> Heater {
@@ -62,7 +62,7 @@ struct HotWire {
 }
 
 impl HotWire {
-    fn new(rig: &TubeRig, truth: &Truth, point: &OperatingPoint, position: f64, base: &BaseState) -> Self {
+    fn new(rig: &TubeRig, truth: &Truth, point: &TubePoint, position: f64, base: &BaseState) -> Self {
         let (values, half, d) = (&truth.heater, 0.5 * rig.plates.length(), rig.plates.wire_diameter);
         let cold = base.at(position);
         let speed = values.wire_speed_up * base.velocity(position);
@@ -146,14 +146,14 @@ pub(crate) fn thermocouple(rig: &TubeRig, truth: &Truth, x: f64, base: &BaseStat
 #[cfg(test)]
 mod tests {
     use super::*;
+    use rijke_flow::TubeCampaign;
     use rijke_numerics::C64;
-    use rijke_rig::TubeCampaign;
 
-    fn at(power: f64) -> (TubeRig, Truth, OperatingPoint, BaseState) {
+    fn at(power: f64) -> (TubeRig, Truth, TubePoint, BaseState) {
         let (rig, truth) = (TubeRig::juniper_yoko_2022(), Truth::standard());
         let id = if power > 0.0 { "H180-25" } else { "C1-25" };
         let point = TubeCampaign::juniper_yoko_2022().points.into_iter().find(|p| p.id == id).unwrap();
-        let point = OperatingPoint { power, ..point };
+        let point = TubePoint { power, ..point };
         let base = crate::apparatus::base::base_state(&rig, &truth, &point, 294.0).unwrap();
         (rig, truth, point, base)
     }

@@ -4,8 +4,8 @@ use crate::acoustics::radiation::OpenEnd;
 use crate::truth::Truth;
 use rand::RngExt;
 use rand_distr::StandardNormal;
+use rijke_flow::{TubePoint, TubeRig};
 use rijke_numerics::Streams;
-use rijke_rig::{OperatingPoint, TubeRig};
 
 /// The bottom and the top of the tube at `point` in the laboratory of `seed`.
 ///
@@ -13,7 +13,7 @@ use rijke_rig::{OperatingPoint, TubeRig};
 /// open ends come out a little different, both alike ([`crate::Ends::absorption_sd`],
 /// [`crate::Ends::extension_sd`]); all powers at one position share one installation.
 #[must_use]
-pub fn open_ends(rig: &TubeRig, truth: &Truth, point: &OperatingPoint, seed: u64) -> [OpenEnd; 2] {
+pub fn open_ends(rig: &TubeRig, truth: &Truth, point: &TubePoint, seed: u64) -> [OpenEnd; 2] {
     let setting = match (point.thermometers, point.id.rsplit_once('-')) {
         (true, Some((_, position))) => format!("hot-{position}"),
         _ => point.id.clone(),

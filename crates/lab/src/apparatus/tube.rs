@@ -6,14 +6,14 @@ use crate::acoustics::radiation::OpenEnd;
 use crate::acoustics::walls::{Rods, Section};
 use crate::truth::{LabError, Truth};
 use rijke_flow::BaseState;
+use rijke_flow::{TubePoint, TubeRig};
 use rijke_numerics::C64;
-use rijke_rig::{OperatingPoint, TubeRig};
 
 /// The duct of an operating point whose slow flow is `base`, between the open ends `bottom` and `top`.
 pub(crate) fn duct(
     rig: &TubeRig,
     truth: &Truth,
-    point: &OperatingPoint,
+    point: &TubePoint,
     base: &BaseState,
     [bottom, top]: [OpenEnd; 2],
 ) -> FineTube {
@@ -95,7 +95,7 @@ fn gauss_points(low: f64, h: f64) -> [f64; 2] {
 pub(crate) fn modes(
     duct: &FineTube,
     rig: &TubeRig,
-    point: &OperatingPoint,
+    point: &TubePoint,
     base: &BaseState,
     count: usize,
 ) -> Result<Vec<FineMode>, LabError> {
@@ -135,7 +135,7 @@ fn rods(rig: &TubeRig, truth: &Truth) -> Vec<Rods> {
 mod tests {
     use super::*;
     use crate::apparatus::base::base_state;
-    use rijke_rig::TubeCampaign;
+    use rijke_flow::TubeCampaign;
 
     /// The laboratory without the scatter from one installation of the rig to the next.
     fn same_every_time() -> Truth {
@@ -144,11 +144,11 @@ mod tests {
         truth
     }
 
-    fn point(id: &str) -> OperatingPoint {
+    fn point(id: &str) -> TubePoint {
         TubeCampaign::juniper_yoko_2022().points.into_iter().find(|p| p.id == id).unwrap()
     }
 
-    fn all(truth: &Truth, point: &OperatingPoint) -> Vec<FineMode> {
+    fn all(truth: &Truth, point: &TubePoint) -> Vec<FineMode> {
         let rig = TubeRig::juniper_yoko_2022();
         let base = base_state(&rig, truth, point, 294.0).unwrap();
         modes(
@@ -184,7 +184,7 @@ mod tests {
     #[test]
     fn exact_prongs_of_no_length_leave_the_empty_tube_but_for_the_mouth() {
         let (rig, truth) = (TubeRig::juniper_yoko_2022(), same_every_time());
-        let short = OperatingPoint { position: Some(1e-6), ..point("C3-05") };
+        let short = TubePoint { position: Some(1e-6), ..point("C3-05") };
         let base = base_state(&rig, &truth, &short, 294.0).unwrap();
         let mut with = duct(
             &rig,

@@ -136,7 +136,7 @@ mod tests {
     use crate::apparatus::base::base_state;
     use crate::apparatus::tube;
     use crate::truth::Truth;
-    use rijke_rig::{TubeCampaign, TubeRig};
+    use rijke_flow::{TubeCampaign, TubeRig};
 
     fn empty(temperature: f64) -> (TubeRig, FineTube) {
         let (rig, campaign) = (TubeRig::juniper_yoko_2022(), TubeCampaign::juniper_yoko_2022());

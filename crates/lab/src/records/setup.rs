@@ -11,12 +11,9 @@ use crate::apparatus::open_ends::open_ends;
 use crate::apparatus::tube;
 use crate::truth::{LabError, Truth};
 use rayon::prelude::*;
-use rijke_flow::BaseState;
+use rijke_flow::{BaseState, HeatedTube, Ramp, TubeCampaign, TubePoint, TubeRig};
 use rijke_numerics::Streams;
-use rijke_rig::{
-    Calibration, DataKind, Day, OperatingPoint, PointRecords, Ramp, RecordSet, RecordTiming, TubeCampaign,
-    TubeRig,
-};
+use rijke_rig::{Calibration, DataKind, Day, PointRecords, RecordSet, RecordTiming};
 
 impl VirtualRig {
     /// Sets the laboratory up for the rows `rows` of a campaign (all, if empty), `repeats` records of each
@@ -49,7 +46,9 @@ impl VirtualRig {
         let calibration_day = day_of("calibration-day");
         for row in known.iter().filter(|row| rows.is_empty() || rows.contains(row)) {
             for (k, point) in campaign.row(row).enumerate() {
-                points.push(entry(point, day_of(&day_name(truth, point, k)), repeats));
+                let point = TubePoint { repeats: repeats.unwrap_or(point.repeats), ..point.clone() };
+                let day = day_of(&day_name(truth, &point, k));
+                points.push((entry(rig, &point, day), point));
             }
         }
         let (ping, click) = (stretch(rig.recording.ping_rate_hz), stretch(rig.recording.click_rate_hz));
@@ -65,7 +64,7 @@ impl VirtualRig {
             }
         });
         let set = RecordSet {
-            rig: rig.clone(),
+            rig: rig.apparatus(),
             kind: DataKind::Virtual,
             source: source(&campaign.name, seed),
             channels: (0..rig.microphones.positions.len()).map(Some).collect(),
@@ -75,19 +74,19 @@ impl VirtualRig {
             ping,
             click,
             days,
-            ramps: Ramp::restricted(&campaign.ramps, &|id| points.iter().any(|p| p.point.id == id)),
-            points,
+            points: points.iter().map(|(entry, _)| entry.clone()).collect(),
             calibrations: calibrations.to_vec(),
         };
-        let truths = |entry: &PointRecords| {
-            let ends = open_ends(rig, truth, &entry.point, seed);
-            let base = match set.ramps.iter().find(|ramp| ramp.time_of(&entry.point.id).is_some()) {
-                Some(ramp) => moving_state(rig, truth, &entry.point, temperatures[entry.day], ramp)?,
-                None => base_state(rig, truth, &entry.point, temperatures[entry.day])?,
+        let ramps = Ramp::restricted(&campaign.ramps, &|id| points.iter().any(|(_, p)| p.id == id));
+        let truths = |(entry, point): &(PointRecords, TubePoint)| {
+            let ends = open_ends(rig, truth, point, seed);
+            let base = match ramps.iter().find(|ramp| ramp.time_of(&point.id).is_some()) {
+                Some(ramp) => moving_state(rig, truth, point, temperatures[entry.day], ramp)?,
+                None => base_state(rig, truth, point, temperatures[entry.day])?,
             };
-            point_truth(rig, truth, &entry.point, temperatures[entry.day], base, ends)
+            point_truth(rig, truth, point, temperatures[entry.day], base, ends)
         };
-        let points = set.points.par_iter().map(truths).collect::<Result<_, _>>()?;
+        let points = points.par_iter().map(truths).collect::<Result<_, _>>()?;
         let empty = empty_tube();
         let calibration = |c: &Calibration| {
             let temperature = temperatures[c.day];
@@ -99,7 +98,8 @@ impl VirtualRig {
         let channels = (0..set.channels.len()).map(|m| channel(truth, m, streams)).collect();
         let colour = [ping.rate_hz, click.rate_hz].map(|rate| Colour::new(&truth.noise, rate));
         let (truth, clicks) = (truth.clone(), Clicks::default());
-        Ok(Self { set, truth, streams, points, calibrations, channels, colour, clicks })
+        let tube = HeatedTube { rig: rig.clone(), ramps };
+        Ok(Self { set, tube, truth, streams, points, calibrations, channels, colour, clicks })
     }
 }
 
@@ -131,23 +131,23 @@ fn day(truth: &Truth, id: &str, streams: Streams) -> (Day, f64) {
 /// The day on which a point is measured: cold rows take several points a day in the order of their positions;
 /// with thermocouples in place all powers at one position are run on one day (paper, section 3: an hour
 /// each).
-fn day_name(truth: &Truth, point: &OperatingPoint, index: usize) -> String {
+fn day_name(truth: &Truth, point: &TubePoint, index: usize) -> String {
     match (point.thermometers, point.id.rsplit_once('-')) {
         (true, Some((_, position))) => format!("hot-day-{position}"),
         _ => format!("{}-day-{}", point.row, index / truth.ambient.points_per_day + 1),
     }
 }
 
-fn entry(point: &OperatingPoint, day: usize, repeats: Option<u32>) -> PointRecords {
-    let point = OperatingPoint { repeats: repeats.unwrap_or(point.repeats), ..point.clone() };
+fn entry(rig: &TubeRig, point: &TubePoint, day: usize) -> PointRecords {
     let files = |kind: &str| (0..point.repeats).map(|k| format!("{}/{kind}-{k:02}.wav", point.id)).collect();
-    PointRecords { day, pings: files("ping"), clicks: files("click"), point }
+    let way = Some(rig.way(point));
+    PointRecords { day, pings: files("ping"), clicks: files("click"), point: point.into(), way }
 }
 
 fn point_truth(
     rig: &TubeRig,
     truth: &Truth,
-    point: &OperatingPoint,
+    point: &TubePoint,
     temperature: f64,
     base: BaseState,
     ends: [OpenEnd; 2],
@@ -165,8 +165,8 @@ fn stretch(rate_hz: f64) -> impl Fn(f64) -> RecordTiming {
 }
 
 /// The tube in which channels are calibrated.
-fn empty_tube() -> OperatingPoint {
-    OperatingPoint {
+fn empty_tube() -> TubePoint {
+    TubePoint {
         id: "calibration".into(),
         row: "calibration".into(),
         position: None,

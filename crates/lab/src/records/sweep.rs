@@ -178,7 +178,7 @@ mod tests {
     use crate::acoustics::duct::FineMode;
     use crate::apparatus::{base::base_state, open_ends::open_ends, tube};
     use crate::truth::Truth;
-    use rijke_rig::{TubeCampaign, TubeRig};
+    use rijke_flow::{TubeCampaign, TubeRig};
 
     #[test]
     fn oracle_a_sweep_is_the_convolution_of_the_modes_with_its_source() {

@@ -8,7 +8,7 @@ use crate::acoustics::duct::{FineMode, FineTube};
 use crate::truth::Truth;
 use rand::RngExt;
 use rand_distr::StandardNormal;
-use rijke_flow::BaseState;
+use rijke_flow::{BaseState, HeatedTube};
 use rijke_numerics::{C64, Stream, Streams};
 use rijke_rig::{Record, RecordSet, RecordSource, RecordTiming, RigError, Samples24};
 use std::f64::consts::PI;
@@ -20,6 +20,7 @@ use std::sync::Arc;
 /// on the number of threads, or on which rows of the campaign are asked for.
 pub struct VirtualRig {
     pub(crate) set: RecordSet,
+    pub(crate) tube: HeatedTube,
     pub(crate) truth: Truth,
     pub(crate) streams: Streams,
     pub(crate) points: Vec<PointTruth>,
@@ -59,6 +60,12 @@ pub(crate) enum Kind {
 }
 
 impl VirtualRig {
+    /// The tube, and the runs in which its points are measured.
+    #[must_use]
+    pub fn tube(&self) -> &HeatedTube {
+        &self.tube
+    }
+
     /// The first mode that is really there at `point` (an index), at the day's temperature: growth rate and
     /// angular frequency, and pressure at the microphones relative to the reference microphone. For tests and
     /// studies.

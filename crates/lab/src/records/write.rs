@@ -39,6 +39,7 @@ impl VirtualRig {
         let done: Vec<Result<(), RigError>> =
             batches.par_iter().map(|batch| self.write_batch(folder, *batch, written)).collect();
         done.into_iter().collect::<Result<(), _>>()?;
+        self.tube.write_within(folder, &|_| true)?;
         Ok(set.write(folder)?)
     }
 

@@ -1,48 +1,42 @@
-//! The rig: tube, gas, microphones, thermometers, insert, plates, recording.
+//! The rig as signal processing needs it: duct, gas, microphones, recording.
 
 use super::gas::Gas;
 use serde::{Deserialize, Serialize};
 
-/// A vertical tube with one heat source on insert, as in Juniper & Yoko 2022, section 3.
+/// A duct with microphones along it. What stands in it, and what heats, is no part of this: see
+/// [`crate::Way`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct TubeRig {
+pub struct Apparatus {
     /// What the rig is called in reports.
     pub name: String,
     /// Where the numbers come from.
     pub source: String,
-    /// The tube.
-    pub tube: Tube,
+    /// The duct.
+    pub duct: DuctSize,
     /// The gas in it.
     pub gas: Gas,
     /// Ambient pressure, Pa.
     pub pressure: f64,
     /// The microphones.
     pub microphones: Microphones,
-    /// Positions of the thermometers along the tube, m.
-    #[serde(default)]
-    pub thermometers: Vec<f64>,
-    /// What holds and feeds the plates, entering from x = 0.
-    pub insert: Insert,
-    /// The plates.
-    pub plates: Plates,
     /// How records are taken.
+    #[serde(default)]
     pub recording: Recording,
 }
 
-/// A straight round tube, open at both ends unless a model says otherwise.
+/// A straight duct along which clicks run.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Tube {
+pub struct DuctSize {
     /// Length, m.
     pub length: f64,
-    /// Inner diameter, m.
+    /// Inner diameter, m; of several ducts, that of the widest; of one that is not round, that of a circle of
+    /// the same area.
     pub inner_diameter: f64,
-    /// Thickness of the wall, m.
-    pub wall_thickness: f64,
 }
 
-/// Probe microphones along the tube.
+/// Probe microphones along the duct.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Microphones {
@@ -52,44 +46,10 @@ pub struct Microphones {
     pub reference: usize,
 }
 
-/// Threaded rods and feed wires that enter from x = 0 and end at the plates.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Insert {
-    /// Number of rods.
-    pub rods: u32,
-    /// Diameter of a rod, m.
-    pub rod_diameter: f64,
-    /// Number of feed wires.
-    pub wires: u32,
-    /// Diameter of a feed wire, m.
-    pub wire_diameter: f64,
-}
-
-/// Two annular plates wound with wire (Fig. 1 of the paper).
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Plates {
-    /// Outer diameter of the plates, m.
-    pub outer_diameter: f64,
-    /// Diameter of the central hole, m.
-    pub inner_diameter: f64,
-    /// Thickness of one plate, m.
-    pub plate_thickness: f64,
-    /// Gap between the plates, m.
-    pub plate_gap: f64,
-    /// Diameter of the heating wire, m.
-    pub wire_diameter: f64,
-}
-
-/// Sampling rates and timing of the records.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+/// What is known of how the records of a rig are taken.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Recording {
-    /// Sampling rate of pings, Hz.
-    pub ping_rate_hz: f64,
-    /// Sampling rate of clicks, Hz.
-    pub click_rate_hz: f64,
     /// Standard deviation of a shift of all arrival times alike between one installation of the rig and that
     /// of the calibration, s: each time the rig is set anew its mouths, or its loudspeaker, come out a little
     /// different. No record of the installation itself shows it.
@@ -101,53 +61,10 @@ pub struct Recording {
     pub ping_decay_times: Option<f64>,
 }
 
-impl Tube {
+impl DuctSize {
     /// Inner radius, m.
     #[must_use]
     pub fn radius(&self) -> f64 {
         0.5 * self.inner_diameter
-    }
-
-    /// Inner cross-section, m^2.
-    #[must_use]
-    pub fn area(&self) -> f64 {
-        std::f64::consts::PI * self.radius().powi(2)
-    }
-
-    /// Inner perimeter, m.
-    #[must_use]
-    pub fn perimeter(&self) -> f64 {
-        std::f64::consts::PI * self.inner_diameter
-    }
-}
-
-impl Insert {
-    /// Sum of the perimeters of rods and wires, m.
-    #[must_use]
-    pub fn perimeter(&self) -> f64 {
-        let diameters = f64::from(self.rods) * self.rod_diameter + f64::from(self.wires) * self.wire_diameter;
-        std::f64::consts::PI * diameters
-    }
-
-    /// Sum of the cross-sections of rods and wires, m^2.
-    #[must_use]
-    pub fn area(&self) -> f64 {
-        let squares = f64::from(self.rods) * self.rod_diameter.powi(2)
-            + f64::from(self.wires) * self.wire_diameter.powi(2);
-        0.25 * std::f64::consts::PI * squares
-    }
-}
-
-impl Plates {
-    /// Length along the tube: two plates and the gap, m.
-    #[must_use]
-    pub fn length(&self) -> f64 {
-        2.0 * self.plate_thickness + self.plate_gap
-    }
-
-    /// Open area of a plate, m^2.
-    #[must_use]
-    pub fn open_area(&self) -> f64 {
-        0.25 * std::f64::consts::PI * self.inner_diameter.powi(2)
     }
 }

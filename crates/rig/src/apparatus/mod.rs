@@ -1,10 +1,12 @@
-//! The apparatus: gas, tube, instruments, and the campaign of operating points, from their files.
+//! The apparatus as signal processing knows it: gas, duct, instruments, and operating points with what sound
+//! passes there, from their files.
 //!
-//! Knows no record.
+//! Knows no record, and not what any factor means.
 
-pub(crate) mod campaign;
+mod file;
 pub(crate) mod gas;
 pub(crate) mod geometry;
 pub(crate) mod point;
-pub(crate) mod ramp;
-mod rig_file;
+pub(crate) mod way;
+
+pub use file::along;

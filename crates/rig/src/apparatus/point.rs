@@ -1,23 +1,36 @@
 //! One operating point.
 
-use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 
-/// One configuration of the rig at one power.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+/// One configuration of the rig, by its factors.
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct OperatingPoint {
-    /// Unique name, also a folder name: row and position in cm, `"C3-E"`, `"C3-05"`, `"H180-25"`.
+    /// Unique name, also a folder name: `"C3-E"`, `"C3-05"`, `"H180-25"`.
     pub id: String,
-    /// Row of the campaign, `"C3"`.
+    /// Row of the campaign that it belongs to, `"C3"`; may be empty.
     pub row: String,
-    /// Where the insert end and the plates (if attached) sits, m from x = 0; none for the empty tube.
-    pub position: Option<f64>,
-    /// Whether the plates is attached to the insert.
-    pub plates: bool,
-    /// Whether the thermometers are in place.
-    pub thermometers: bool,
-    /// Electrical power of the plates, W.
-    pub power: f64,
     /// Number of repeats measured.
     pub repeats: u32,
+    /// What was set or measured there, by name. A factor that the point does not have is absent.
+    pub factors: BTreeMap<String, FactorValue>,
+}
+
+/// The value of a factor at one operating point.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FactorValue {
+    /// In SI.
+    pub value: f64,
+    /// Its unit in SI, `m` or `kg s^-1`; `1` for a pure number.
+    pub unit: String,
+}
+
+impl OperatingPoint {
+    /// The largest number of letters in a name.
+    pub const LONGEST: usize = 100;
+
+    /// The value of a factor in SI; none if the point does not have it.
+    #[must_use]
+    pub fn factor(&self, name: &str) -> Option<f64> {
+        self.factors.get(name).map(|factor| factor.value)
+    }
 }

@@ -1,6 +1,6 @@
 //! Records that are still being made: which of the files that a manifest lists are there, whole and readable.
 
-use crate::{RecordFolder, RecordSource, RigError, TubeCampaign, TubeRig};
+use crate::{Described, RecordFolder, RecordSource, RigError};
 use std::collections::BTreeMap;
 use std::fs;
 use std::hash::{DefaultHasher, Hash, Hasher};
@@ -11,7 +11,7 @@ use std::time::SystemTime;
 #[derive(Debug)]
 pub struct Arrivals {
     folder: PathBuf,
-    described: Option<(TubeRig, TubeCampaign)>,
+    described: Described,
     manifest: Option<(Stamp, RecordFolder)>,
     /// What was wrong with the manifest at the last look.
     fault: Option<String>,
@@ -49,7 +49,7 @@ enum State {
 impl Arrivals {
     /// Of a folder that may still be empty; `described` as in [`RecordFolder::open_of`].
     #[must_use]
-    pub fn new(folder: &Path, described: Option<(TubeRig, TubeCampaign)>) -> Self {
+    pub fn new(folder: &Path, described: Described) -> Self {
         Self { folder: folder.to_owned(), described, manifest: None, fault: None, files: BTreeMap::new() }
     }
 
@@ -165,7 +165,7 @@ fn said_of(records: &RecordFolder) -> BTreeMap<String, String> {
         set.channels, set.arrays, set.full_scale, set.ping, set.click, set.acquisition, set.rig
     );
     let of_points = set.points.iter().flat_map(|p| {
-        let said = format!("{:?} {:?} {of_all}", p.point, set.days[p.day]);
+        let said = format!("{:?} {:?} {:?} {of_all}", p.point, p.way, set.days[p.day]);
         p.pings.iter().chain(&p.clicks).map(move |file| (file.clone(), said.clone()))
     });
     let of_calibrations = set.calibrations.iter().flat_map(|c| {

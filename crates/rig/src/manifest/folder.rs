@@ -1,11 +1,13 @@
 //! A folder of records: `manifest.toml`, the rig, the campaign, and the files it lists.
 
 use super::keys::{HEADER, Manifest};
-use crate::apparatus::campaign::TubeCampaign;
-use crate::apparatus::geometry::TubeRig;
-use crate::apparatus::ramp::Ramp;
+use crate::apparatus::geometry::Apparatus;
+use crate::apparatus::point::OperatingPoint;
+use crate::apparatus::way::Way;
 use crate::error::RigError;
-use crate::files::{make_folder, parse_toml, read_text, write_toml, write_whole};
+use crate::files::{make_folder, parse_toml, read_text, write_toml};
+use crate::observations::row::read_points;
+use crate::observations::table::{APPARATUS, write_points};
 use crate::problem::Problem;
 use crate::read::layout::Layout;
 use crate::read::span::{Event, read_event};
@@ -15,6 +17,15 @@ use std::collections::BTreeMap;
 use std::hash::{DefaultHasher, Hasher};
 use std::io::Read;
 use std::path::{Path, PathBuf};
+
+/// What is known of records from elsewhere, where their manifest does not name files for it.
+#[derive(Clone, Debug, Default)]
+pub struct Described {
+    /// The rig.
+    pub rig: Option<Apparatus>,
+    /// The operating points.
+    pub points: Option<Vec<OperatingPoint>>,
+}
 
 /// Records on disk, read one at a time.
 #[derive(Clone, Debug)]
@@ -31,7 +42,7 @@ impl RecordFolder {
     /// # Errors
     /// The file, the place in it and the remedy.
     pub fn open(folder: &Path) -> Result<Self, RigError> {
-        Self::open_of(folder, None)
+        Self::open_of(folder, Described::default())
     }
 
     /// As [`RecordFolder::open`], for records of a rig and a campaign that are described elsewhere; a
@@ -39,7 +50,7 @@ impl RecordFolder {
     ///
     /// # Errors
     /// As [`RecordFolder::open`].
-    pub fn open_of(folder: &Path, described: Option<(TubeRig, TubeCampaign)>) -> Result<Self, RigError> {
+    pub fn open_of(folder: &Path, described: Described) -> Result<Self, RigError> {
         let opened = Self::expected(folder, described)?;
         for file in opened.files() {
             let at = opened.folder.join(file);
@@ -60,22 +71,24 @@ impl RecordFolder {
     ///
     /// # Errors
     /// Those of the manifest.
-    pub fn expected(folder: &Path, described: Option<(TubeRig, TubeCampaign)>) -> Result<Self, RigError> {
+    pub fn expected(folder: &Path, described: Described) -> Result<Self, RigError> {
         let path = folder.join("manifest.toml");
         if !path.is_file() {
             return Err(RigError::NotARecordSet { path });
         }
         let manifest: Manifest = parse_toml(&read_text(&path)?, &path)?;
         let own_campaign = manifest.campaign.is_some();
-        let (rig, campaign) = match (&manifest.rig, &manifest.campaign, described) {
-            (Some(rig), Some(campaign), _) => {
-                (TubeRig::read(&folder.join(rig))?, TubeCampaign::read(&folder.join(campaign))?)
-            }
-            (None, None, Some(both)) => both,
-            _ => {
-                let what = "are missing; name the files, or leave both out where the records lie in the folder of a study";
-                return Err(RigError::invalid(&path, "`rig` and `campaign`", Problem::Keys { what }));
-            }
+        let rig = match &manifest.rig {
+            Some(file) => Some(Apparatus::read(&folder.join(file))?),
+            None => described.rig,
+        };
+        let points = match &manifest.campaign {
+            Some(file) => Some(read_points(&folder.join(file))?),
+            None => described.points,
+        };
+        let (Some(rig), Some(points)) = (rig, points) else {
+            let what = "are missing; name the files, or leave both out where the records lie in the folder of a study";
+            return Err(RigError::invalid(&path, "`rig` and `campaign`", Problem::Keys { what }));
         };
         let wrong = |(place, problem): (String, Problem)| RigError::invalid(&path, place, problem);
         let channels = super::microphones::Channels::read(
@@ -83,7 +96,7 @@ impl RecordFolder {
             rig.microphones.positions.len(),
             &path,
         )?;
-        let set = manifest.resolve(rig, &campaign, channels).map_err(wrong)?;
+        let set = manifest.resolve(rig, &points, channels).map_err(wrong)?;
         set.validate().map_err(wrong)?;
         Ok(Self { folder: folder.to_owned(), set, own_campaign })
     }
@@ -100,8 +113,14 @@ impl RecordFolder {
         set.points.retain(|p| !p.pings.is_empty() || !p.clicks.is_empty());
         set.calibrations.iter_mut().for_each(|c| keep(&mut c.clicks));
         set.calibrations.retain(|c| !c.clicks.is_empty());
-        set.ramps = Ramp::restricted(&set.ramps, &|id| set.points.iter().any(|p| p.point.id == id));
         Self { set, ..self.clone() }
+    }
+
+    /// Says what sound passes at the points of which the manifest does not.
+    pub fn fill_ways(&mut self, way: impl Fn(&OperatingPoint) -> Option<Way>) {
+        for entry in self.set.points.iter_mut().filter(|entry| entry.way.is_none()) {
+            entry.way = way(&entry.point);
+        }
     }
 
     /// The folder.
@@ -206,18 +225,15 @@ impl RecordSet {
         Layout { channels, full_scale: *full_scale, rate_hz, quiet, arrays, reading }
     }
 
-    /// Writes `rig.toml`, `campaign.toml` and, last, `manifest.toml`: a folder whose records are incomplete
+    /// Writes `rig.toml`, `campaign.csv` and, last, `manifest.toml`: a folder whose records are incomplete
     /// has no manifest and is not taken for a record set.
     ///
     /// # Errors
     /// A file cannot be written.
     pub fn write(&self, folder: &Path) -> Result<(), RigError> {
         make_folder(folder)?;
-        write_toml(&self.rig, "# SI units; x = 0 is the bottom of the tube.\n\n", &folder.join("rig.toml"))?;
-        let points = self.points.iter().map(|p| p.point.clone()).collect();
-        let campaign = TubeCampaign { name: self.source.clone(), points, ramps: self.ramps.clone() };
-        Ramp::write_within(&self.ramps, folder)?;
-        write_whole(&folder.join("campaign.toml"), campaign.to_toml().as_bytes())?;
+        write_toml(&self.rig, APPARATUS, &folder.join(Apparatus::FILE))?;
+        write_points(self.points.iter().map(|p| &p.point), &folder.join("campaign.csv"))?;
         write_toml(&Manifest::of(self), HEADER, &folder.join("manifest.toml"))
     }
 }

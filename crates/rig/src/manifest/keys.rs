@@ -1,5 +1,6 @@
 //! `manifest.toml` as it is written.
 
+use crate::apparatus::way::Way;
 use crate::formats::text::TextForm;
 use crate::records::reading::{Arrays, Column};
 use crate::records::set::{DataKind, Day, RecordTiming};
@@ -69,6 +70,8 @@ pub(super) struct PointEntry {
     pub(super) pings: Vec<String>,
     #[serde(default)]
     pub(super) clicks: Vec<String>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) way: Option<Way>,
 }
 
 /// What is otherwise on some days or in some files; what is not given is as in the rest.

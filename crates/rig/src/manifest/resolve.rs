@@ -2,9 +2,8 @@
 
 use super::keys::{CalibrationEntry, ExceptionEntry, Listed, Manifest, PointEntry, unit};
 use super::microphones::Channels;
-use crate::apparatus::campaign::TubeCampaign;
-use crate::apparatus::geometry::TubeRig;
-use crate::apparatus::ramp::Ramp;
+use crate::apparatus::geometry::Apparatus;
+use crate::apparatus::point::OperatingPoint;
 use crate::files::in_range;
 use crate::problem::Problem;
 use crate::records::acquisition::{Acquisition, Exception};
@@ -20,8 +19,8 @@ impl Manifest {
     /// rig.
     pub(super) fn resolve(
         self,
-        mut rig: TubeRig,
-        campaign: &TubeCampaign,
+        mut rig: Apparatus,
+        campaign: &[OperatingPoint],
         channels: Channels,
     ) -> Result<RecordSet, Wrong> {
         let (numbers, removed) = remove_dead(&mut rig, &self.dead)?;
@@ -45,14 +44,20 @@ impl Manifest {
             days.get(name).copied().ok_or_else(|| unknown(place, name, known()))
         };
         let known: BTreeMap<&str, usize> =
-            campaign.points.iter().enumerate().map(|(k, p)| (p.id.as_str(), k)).collect();
+            campaign.iter().enumerate().map(|(k, p)| (p.id.as_str(), k)).collect();
         let mut points = Vec::with_capacity(self.point.len());
         for (k, entry) in self.point.into_iter().enumerate() {
-            let names = || campaign.points.iter().map(|p| p.id.clone()).collect();
-            let found = known.get(entry.id.as_str()).map(|k| campaign.points[*k].clone());
+            let names = || campaign.iter().map(|p| p.id.clone()).collect();
+            let found = known.get(entry.id.as_str()).map(|k| campaign[*k].clone());
             let point = found.ok_or_else(|| unknown(format!("point[{k}].id"), &entry.id, names()))?;
             let day = day_index(format!("point[{k}] `{}`: day", entry.id), &entry.day)?;
-            points.push(PointRecords { point, day, pings: entry.pings, clicks: entry.clicks });
+            points.push(PointRecords {
+                point,
+                day,
+                pings: entry.pings,
+                clicks: entry.clicks,
+                way: entry.way,
+            });
         }
         let mut calibrations = Vec::with_capacity(self.calibration.len());
         for (k, entry) in self.calibration.into_iter().enumerate() {
@@ -77,7 +82,6 @@ impl Manifest {
             ping,
             click,
             days: self.day,
-            ramps: ramps(campaign, &points),
             points,
             calibrations,
             acquisition: Acquisition {
@@ -144,7 +148,7 @@ impl Manifest {
             || Unit::parse("V").ok().map(|unit| Given::Stated(Quantity { value: set.full_scale, unit }));
         Self {
             rig: Some("rig.toml".into()),
-            campaign: Some("campaign.toml".into()),
+            campaign: Some("campaign.csv".into()),
             kind: set.kind,
             source: set.source.clone(),
             arrays: set.arrays.clone(),
@@ -191,6 +195,7 @@ impl Manifest {
                     day: day(p.day),
                     pings: p.pings.clone(),
                     clicks: p.clicks.clone(),
+                    way: p.way.clone(),
                 })
                 .collect(),
         }
@@ -229,16 +234,11 @@ impl ExceptionEntry {
     }
 }
 
-/// The ramps of the campaign, as far as their points have records.
-fn ramps(campaign: &TubeCampaign, points: &[PointRecords]) -> Vec<Ramp> {
-    Ramp::restricted(&campaign.ramps, &|id| points.iter().any(|p| p.point.id == id))
-}
-
 /// For each microphone its number in the rig without the dead ones; numbers and places of those.
 type Removed = (Vec<Option<usize>>, Vec<(usize, f64)>);
 
 /// Takes microphones out of the rig.
-fn remove_dead(rig: &mut TubeRig, dead: &[usize]) -> Result<Removed, Wrong> {
+fn remove_dead(rig: &mut Apparatus, dead: &[usize]) -> Result<Removed, Wrong> {
     let count = rig.microphones.positions.len();
     let place = || "dead".to_owned();
     for &index in dead {

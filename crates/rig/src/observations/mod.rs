@@ -4,7 +4,8 @@
 
 pub(crate) mod channels;
 mod dead;
+mod factors;
 pub(crate) mod observation;
-mod row;
+pub(crate) mod row;
 pub(crate) mod rows;
-mod table;
+pub(crate) mod table;

@@ -1,9 +1,8 @@
 //! What signal processing makes of records.
 
 use super::channels::ChannelErrors;
-use crate::apparatus::geometry::TubeRig;
+use crate::apparatus::geometry::Apparatus;
 use crate::apparatus::point::OperatingPoint;
-use crate::apparatus::ramp::Ramp;
 use crate::records::set::{DataKind, Day};
 use rijke_numerics::{C64, Matrix};
 use std::collections::BTreeMap;
@@ -78,7 +77,7 @@ impl Observations {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Observations {
     /// The rig.
-    pub rig: TubeRig,
+    pub rig: Apparatus,
     /// Measured or virtual.
     pub kind: DataKind,
     /// Where the data come from.
@@ -89,8 +88,6 @@ pub struct Observations {
     pub rejections: Vec<Rejection>,
     /// What the pings share of the channels' calibration, if that is known.
     pub channels: Option<ChannelErrors>,
-    /// The runs in which points were measured before the flow had settled.
-    pub ramps: Vec<Ramp>,
 }
 
 /// What was observed at one operating point.

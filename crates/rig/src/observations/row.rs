@@ -1,6 +1,7 @@
 //! Rows of a CSV file that know where they stand.
 
 use super::channels::scaled;
+use super::factors::FactorColumn;
 use super::observation::PointObservations;
 use crate::apparatus::point::OperatingPoint;
 use crate::error::RigError;
@@ -16,7 +17,7 @@ const MAY_BE_MISSING: [(&str, &str); 4] =
     [("repeats", "1"), ("day", "day"), ("ping_count", "1"), ("click_count", "0")];
 
 /// One row of a CSV file that knows where it stands.
-pub(super) struct Row<'a> {
+pub(crate) struct Row<'a> {
     pub(super) path: &'a Path,
     pub(super) header: &'a [String],
     pub(super) line: u64,
@@ -39,6 +40,7 @@ pub(super) fn read_csv<'a>(path: &'a Path, header: &'a [String]) -> Result<Vec<R
     // A spreadsheet may put a byte-order mark in front and blanks around cells.
     let mut reader = csv::ReaderBuilder::new()
         .trim(csv::Trim::All)
+        .comment(Some(b'#'))
         .from_reader(text.strip_prefix('\u{feff}').unwrap_or(&text).as_bytes());
     let found: Vec<String> = reader.headers().map_err(syntax)?.iter().map(String::from).collect();
     for (k, need) in header.iter().enumerate() {
@@ -57,10 +59,15 @@ pub(super) fn read_csv<'a>(path: &'a Path, header: &'a [String]) -> Result<Vec<R
     Ok(rows)
 }
 
-/// All rows of a CSV file whose columns may stand in any order, without those that may be missing.
-pub(super) fn by_name<'a>(path: &'a Path, names: &'a [String]) -> Result<Vec<Row<'a>>, RigError> {
+/// All rows of a table of operating points, whose columns may stand in any order, without those that may be
+/// missing. The cells of a row are those of `names`, then those of the columns of factors.
+pub(crate) fn by_name<'a>(
+    path: &'a Path,
+    names: &'a [String],
+) -> Result<(Vec<FactorColumn>, Vec<Row<'a>>), RigError> {
     let text = read_text(path)?;
-    let first = text.strip_prefix('\u{feff}').unwrap_or(&text).lines().next().unwrap_or("");
+    let mut lines = text.strip_prefix('\u{feff}').unwrap_or(&text).lines();
+    let first = lines.find(|line| !line.starts_with('#')).unwrap_or("");
     let found: Vec<String> = first.split(',').map(|cell| cell.trim().to_owned()).collect();
     let default = |name: &str| MAY_BE_MISSING.iter().find(|(n, _)| *n == name).map(|(_, value)| *value);
     let mut rows = read_csv(path, &[])?;
@@ -70,15 +77,46 @@ pub(super) fn by_name<'a>(path: &'a Path, names: &'a [String]) -> Result<Vec<Row
         let problem = Problem::BadHeader { column: k + 1, have, need: need.clone() };
         return Err(RigError::invalid(path, "line 1", problem));
     }
+    let mut others = Vec::new();
+    for (k, heading) in found.iter().enumerate() {
+        let wrong = |problem| RigError::invalid(path, format!("line 1, column `{heading}`"), problem);
+        if found[..k].contains(heading) {
+            return Err(wrong(Problem::Duplicate { name: heading.clone() }));
+        }
+        if !names.contains(heading) {
+            others.push((k, FactorColumn::parse(heading).map_err(wrong)?));
+        }
+    }
     for row in &mut rows {
         let cell = |name: &String| {
             let place = found.iter().position(|n| n == name).and_then(|k| row.cells.get(k).cloned());
             place.unwrap_or_else(|| default(name).unwrap_or_default().to_owned())
         };
-        row.cells = names.iter().map(cell).collect();
+        let factors = others.iter().map(|(k, _)| row.cells.get(*k).cloned().unwrap_or_default());
+        row.cells = names.iter().map(cell).chain(factors).collect();
         row.header = names;
     }
-    Ok(rows)
+    Ok((others.into_iter().map(|(_, column)| column).collect(), rows))
+}
+
+/// Columns of a table of operating points that a set of records has.
+pub(crate) const CAMPAIGN: [&str; 3] = ["point", "row", "repeats"];
+
+/// Reads a table of operating points: the columns [`CAMPAIGN`], and factors.
+pub(crate) fn read_points(path: &Path) -> Result<Vec<OperatingPoint>, RigError> {
+    let names = CAMPAIGN.map(String::from);
+    let (factors, rows) = by_name(path, &names)?;
+    let point = |row: &Row<'_>| row.operating_point(2, &factors, CAMPAIGN.len());
+    let points = rows.iter().map(point).collect::<Result<Vec<_>, _>>()?;
+    if points.is_empty() {
+        return Err(RigError::invalid(path, "rows", Problem::Empty { need: "one operating point" }));
+    }
+    for (k, point) in points.iter().enumerate() {
+        if points[..k].iter().any(|p| p.id == point.id) {
+            return Err(rows[k].wrong(0, Problem::Duplicate { name: point.id.clone() }));
+        }
+    }
+    Ok(points)
 }
 
 impl Row<'_> {
@@ -104,14 +142,6 @@ impl Row<'_> {
 
     pub(super) fn whole(&self, column: usize) -> Result<u32, RigError> {
         self.cells[column].parse().map_err(|_| self.bad(column, "a whole number"))
-    }
-
-    pub(super) fn flag(&self, column: usize) -> Result<bool, RigError> {
-        match self.cells[column].to_ascii_lowercase().as_str() {
-            "0" | "false" => Ok(false),
-            "1" | "true" => Ok(true),
-            _ => Err(self.bad(column, "0 or 1")),
-        }
     }
 
     /// Index of the operating point this row speaks of.
@@ -156,23 +186,37 @@ impl Row<'_> {
         }
     }
 
-    pub(super) fn point(&self) -> Result<PointObservations, RigError> {
-        let position = if self.cells[2].is_empty() { None } else { Some(self.number(2)?) };
-        let point = OperatingPoint {
-            id: self.cells[0].clone(),
-            row: self.cells[1].clone(),
-            position,
-            plates: self.flag(3)?,
-            thermometers: self.flag(4)?,
-            power: self.number(5)?,
-            repeats: self.whole(6)?,
-        };
+    /// The operating point of a row: name, row, repeats in the column of this number, and `factors` in those
+    /// from `first` on.
+    fn operating_point(
+        &self,
+        repeats: usize,
+        factors: &[FactorColumn],
+        first: usize,
+    ) -> Result<OperatingPoint, RigError> {
+        let mut values = BTreeMap::new();
+        for (column, cell) in factors.iter().zip(&self.cells[first..]) {
+            column.add(cell, &mut values).map_err(|problem| {
+                let place = format!("line {}, column `{}`", self.line, column.heading);
+                RigError::invalid(self.path, place, problem)
+            })?;
+        }
+        let (id, row) = (self.cells[0].clone(), self.cells[1].clone());
+        if id.is_empty() || id.len() > OperatingPoint::LONGEST {
+            return Err(self.bad(0, "a name of 1 to 100 letters"));
+        }
+        Ok(OperatingPoint { id, row, repeats: self.whole(repeats)?, factors: values })
+    }
+
+    /// What a row of `points.csv` says.
+    pub(super) fn point(&self, factors: &[FactorColumn]) -> Result<PointObservations, RigError> {
+        let point = self.operating_point(2, factors, 8)?;
         let ambient = Day {
-            id: self.cells[7].clone(),
-            ambient_temperature: self.number(8)?,
-            ambient_temperature_sd: self.sd_of_the_day(9)?,
+            id: self.cells[3].clone(),
+            ambient_temperature: self.number(4)?,
+            ambient_temperature_sd: self.sd_of_the_day(5)?,
         };
-        let [ping_count, click_count] = [self.whole(10)?, self.whole(11)?];
+        let [ping_count, click_count] = [self.whole(6)?, self.whole(7)?];
         Ok(PointObservations { ping_count, click_count, ..PointObservations::unmeasured(point, ambient) })
     }
 }

@@ -7,10 +7,11 @@
 //! what counts records.
 
 use super::channels::ChannelErrors;
+use super::factors::headings;
 use super::observation::{Click, Observations, Ping, PointObservations, Rejection};
-use super::row::{Row, by_name, read_csv, read_csv_if_there};
-use crate::apparatus::geometry::TubeRig;
-use crate::apparatus::ramp::Ramp;
+use super::row::{CAMPAIGN, Row, by_name, read_csv, read_csv_if_there};
+use crate::apparatus::geometry::Apparatus;
+use crate::apparatus::point::OperatingPoint;
 use crate::error::RigError;
 use crate::files::{make_folder, parse_toml, read_text, write_through, write_toml};
 use crate::problem::Problem;
@@ -23,6 +24,9 @@ use std::path::Path;
 /// Written where the calibration of the channels is known; may be absent.
 const CHANNELS: &str = "channels.toml";
 
+/// Opening words of a file of the apparatus.
+pub(crate) const APPARATUS: &str = "# SI units; x = 0 is the lower (upstream) end of the duct.\n\n";
+
 /// `observations.toml`.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -31,13 +35,10 @@ struct Origin {
     source: String,
 }
 
-const POINTS: [&str; 12] = [
+/// Columns of `points.csv` beside those of factors.
+const POINTS: [&str; 8] = [
     "point",
     "row",
-    "position_m",
-    "plates",
-    "thermometers",
-    "power_W",
     "repeats",
     "day",
     "ambient_temperature_K",
@@ -53,9 +54,11 @@ impl Observations {
     /// A file cannot be written.
     pub fn write(&self, folder: &Path) -> Result<(), RigError> {
         make_folder(folder)?;
-        write_toml(&self.rig, "# SI units; x = 0 is the bottom of the tube.\n\n", &folder.join("rig.toml"))?;
-        let points = self.points.iter().map(point_cells);
-        write_csv(&folder.join("points.csv"), &POINTS.map(String::from), points)?;
+        write_toml(&self.rig, APPARATUS, &folder.join(Apparatus::FILE))?;
+        let (factors, cells_of) = headings(self.points.iter().map(|p| &p.point));
+        let points = self.points.iter().map(|p| [point_cells(p), cells_of(&p.point)].concat());
+        let columns: Vec<String> = POINTS.map(String::from).into_iter().chain(factors).collect();
+        write_csv(&folder.join("points.csv"), &columns, points)?;
         let (microphones, reference) = (self.rig.microphones.positions.len(), self.rig.microphones.reference);
         let (pings, clicks) = (ping_columns(microphones, reference), click_columns(microphones));
         let point = |p: &PointObservations| p.point.id.clone();
@@ -77,25 +80,25 @@ impl Observations {
         if let Some(channels) = &self.channels {
             channels.write(&folder.join(CHANNELS))?;
         }
-        Ramp::write_within(&self.ramps, folder)?;
         let origin = Origin { kind: self.kind, source: self.source.clone() };
         write_toml(&origin, "", &folder.join("observations.toml"))
     }
 
-    /// Reads a folder that [`Observations::write`] or a laboratory wrote. The files of single repeats, of
-    /// rejections and of ramps may be absent.
+    /// Reads a folder that [`Observations::write`] or a laboratory wrote. The files of single repeats and
+    /// of rejections may be absent.
     ///
     /// # Errors
     /// The file, the row and column, and the remedy.
     pub fn read(folder: &Path) -> Result<Self, RigError> {
         let path = folder.join("observations.toml");
         let Origin { kind, source } = parse_toml(&read_text(&path)?, &path)?;
-        let rig = TubeRig::read(&folder.join("rig.toml"))?;
+        let rig = Apparatus::read(&folder.join(Apparatus::FILE))?;
         let path = folder.join("points.csv");
         let mut points = Vec::new();
         let names = POINTS.map(String::from);
-        for row in by_name(&path, &names)? {
-            points.push(row.point()?);
+        let (factors, rows) = by_name(&path, &names)?;
+        for row in rows {
+            points.push(row.point(&factors)?);
         }
         if points.is_empty() {
             return Err(RigError::invalid(&path, "rows", Problem::Empty { need: "one operating point" }));
@@ -133,8 +136,7 @@ impl Observations {
         let rejection =
             |row: &Row<'_>| Rejection { record: row.cells[0].clone(), reason: row.cells[1].clone() };
         let rejections = rejected.iter().map(rejection).collect();
-        let ramps = Ramp::read_within(folder, points.iter().map(|p| &p.point))?;
-        let mut all = Self { rig, kind, source, points, rejections, channels, ramps };
+        let mut all = Self { rig, kind, source, points, rejections, channels };
         all.leave_out_the_dead();
         Ok(all)
     }
@@ -211,10 +213,6 @@ fn point_cells(p: &PointObservations) -> Vec<String> {
     vec![
         point.id.clone(),
         point.row.clone(),
-        point.position.map_or(String::new(), |x| x.to_string()),
-        u8::from(point.plates).to_string(),
-        u8::from(point.thermometers).to_string(),
-        point.power.to_string(),
         point.repeats.to_string(),
         day.id.clone(),
         day.ambient_temperature.to_string(),
@@ -222,6 +220,17 @@ fn point_cells(p: &PointObservations) -> Vec<String> {
         p.ping_count.to_string(),
         p.click_count.to_string(),
     ]
+}
+
+/// Writes the operating points of a set of records: the columns [`CAMPAIGN`], and factors.
+pub(crate) fn write_points<'a>(
+    points: impl Iterator<Item = &'a OperatingPoint> + Clone,
+    path: &Path,
+) -> Result<(), RigError> {
+    let (factors, cells_of) = headings(points.clone());
+    let columns: Vec<String> = CAMPAIGN.map(String::from).into_iter().chain(factors).collect();
+    let own = |p: &OperatingPoint| vec![p.id.clone(), p.row.clone(), p.repeats.to_string()];
+    write_csv(path, &columns, points.map(|p| [own(p), cells_of(p)].concat()))
 }
 
 /// Writes rows as they come: those of a campaign's repeats need not fit into memory as text.

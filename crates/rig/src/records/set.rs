@@ -3,9 +3,9 @@
 use super::acquisition::Acquisition;
 use super::reading::{Arrays, Reading};
 use super::record::Record;
-use crate::apparatus::geometry::TubeRig;
+use crate::apparatus::geometry::Apparatus;
 use crate::apparatus::point::OperatingPoint;
-use crate::apparatus::ramp::Ramp;
+use crate::apparatus::way::Way;
 use crate::error::RigError;
 use crate::files::in_range;
 use crate::problem::Problem;
@@ -63,6 +63,8 @@ pub struct PointRecords {
     pub pings: Vec<String>,
     /// Files of the clicks.
     pub clicks: Vec<String>,
+    /// What sound passes there; if none, nothing but the duct, at ambient temperature.
+    pub way: Option<Way>,
 }
 
 /// Clicks in the empty tube at ambient temperature, from which channel delays are found.
@@ -80,7 +82,7 @@ pub struct Calibration {
 #[derive(Clone, Debug, PartialEq)]
 pub struct RecordSet {
     /// The rig.
-    pub rig: TubeRig,
+    pub rig: Apparatus,
     /// Measured or virtual.
     pub kind: DataKind,
     /// Who recorded it, when, where; appears in reports.
@@ -102,8 +104,6 @@ pub struct RecordSet {
     pub points: Vec<PointRecords>,
     /// Calibration clicks, one entry per day and sampling rate.
     pub calibrations: Vec<Calibration>,
-    /// The runs in which points were measured before the flow had settled.
-    pub ramps: Vec<Ramp>,
     /// What else is known of files and channels.
     pub acquisition: Acquisition,
 }
@@ -189,11 +189,9 @@ impl RecordSet {
         }
         distinct("point", self.points.iter().map(|p| p.point.id.as_str()))?;
         for entry in &self.points {
-            let (key, length) = (format!("point `{}`", entry.point.id), self.rig.tube.length);
-            if let Some(position) = entry.point.position
-                && !(position > 0.0 && position < length)
-            {
-                return Err((key, Problem::OutsideTube { position, length }));
+            let key = format!("point `{}`", entry.point.id);
+            if let Some(way) = &entry.way {
+                way.validate(&key, self.rig.duct.length)?;
             }
             if entry.pings.is_empty() && entry.clicks.is_empty() {
                 return Err((key, Problem::Empty { need: "one ping or one click" }));

@@ -65,6 +65,24 @@ impl Unit {
         if inverse > 1.0 && 1.0 / inverse == self.factor { value / inverse } else { value * self.factor }
     }
 
+    /// The unit in base units, as formulas read it: `kg m^2 s^-3`.
+    #[must_use]
+    pub fn in_base_units(&self) -> String {
+        let names = ["kg", "m", "s", "K", "A", "mol"];
+        let parts: Vec<String> = (names.iter().zip(self.dimension()))
+            .filter(|(_, power)| *power != 0)
+            .map(|(name, power)| if power == 1 { (*name).to_owned() } else { format!("{name}^{power}") })
+            .collect();
+        if parts.is_empty() { "1".to_owned() } else { parts.join(" ") }
+    }
+
+    /// The unit in SI: itself where one of it is one in SI, as in W; else in base units.
+    #[must_use]
+    pub fn in_si(&self) -> String {
+        let one = self.factor == 1.0 && self.offset == 0.0;
+        if one { self.text.clone() } else { self.in_base_units() }
+    }
+
     /// Exponents of kg, m, s, K, A and mol. Angles and cycles count as numbers.
     #[must_use]
     pub fn dimension(&self) -> [i32; 6] {

@@ -3,7 +3,7 @@
 use super::{readings, states};
 use crate::failure::{Classify, Failure};
 use crate::ui::Ui;
-use rijke_flow::{BaseStates, Closures, PROFILES, settled};
+use rijke_flow::{BaseStates, Closures, POSITION, POWER, PROFILES, TubeObservations, settled};
 use rijke_rig::Observations;
 use rijke_study::{States, Study, read_states};
 
@@ -22,13 +22,14 @@ pub(crate) fn foresee(study: &mut Study, places: &[usize], ui: &Ui) -> Result<()
         return Ok(());
     }
     let mut observations = Observations::read(&folder).or_bad_input()?;
-    let (_, readings) = readings(&folder, &observations)?;
-    let asked = study.campaign.unmeasured(&lacking, &observations).map_err(|why| {
+    let asked = study.campaign.unmeasured(&lacking, &observations, POSITION, POWER).map_err(|why| {
         Failure::bad_input(why)
             .at(&folder)
             .remedy("Ask for points that differ from measured ones in place and power of the heat alone.")
     })?;
     observations.points.extend(asked);
+    let observations = TubeObservations::of(&observations, &folder).or_bad_input()?;
+    let (_, readings) = readings(&folder, &observations)?;
     let progress = ui.progress("base flow of points that were not measured", 1);
     let runs = settled::heated(&observations, &readings, &Closures::default());
     let runs = runs.or_bad_input().map_err(|f| f.at(&folder))?;

@@ -1,11 +1,10 @@
 //! The inferred flow as base states of a study: `states.json`.
 
-use rijke_flow::{BaseStates, ErrorForLaws, StateForLaws};
-use rijke_rig::Observations;
+use rijke_flow::{BaseStates, ErrorForLaws, StateForLaws, TubeObservations};
 use rijke_study::{ErrorRecord, StateRecord, StatesFile};
 
 /// What the flow hands to the study.
-pub(super) fn states(states: &BaseStates, observations: &Observations) -> StatesFile {
+pub(super) fn states(states: &BaseStates, observations: &TubeObservations) -> StatesFile {
     let error = |e: ErrorForLaws| {
         let ErrorForLaws { cause, mass_flow, numbers, temperature } = e;
         ErrorRecord { cause, mass_flow, numbers, temperature }

@@ -39,9 +39,6 @@ macro_rules! files {
 /// The head of the manifest; the operating points follow.
 pub(super) const HEATED_TUBE_MANIFEST: &str = include_str!("heated-tube/draft/records/manifest.toml");
 
-/// The operating points that are recorded.
-pub(super) const RECORDED: &str = include_str!("heated-tube/draft/records/campaign.toml");
-
 const HEATED_TUBE: Files = files! { "heated-tube":
     "rig.toml"
     "campaign.csv"
@@ -50,8 +47,7 @@ const HEATED_TUBE: Files = files! { "heated-tube":
     "candidates/hot-body.toml"
     "candidates/rods.toml"
     "candidates/tube.toml"
-    "draft/records/campaign.toml"
-    "draft/records/rig.toml"
+    "draft/records/tube.toml"
 };
 
 const QUARTER_WAVE: Files = files! { "quarter-wave":

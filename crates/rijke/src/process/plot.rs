@@ -101,7 +101,7 @@ fn of_click(
     n: usize,
 ) -> Result<Vec<RecordPanel>, Failure> {
     let records = &source.set().points[k];
-    let known = click_options(source.set(), records.day, Some(&records.point), &processed.click);
+    let known = click_options(source.set(), records.day, Some(records), &processed.click);
     let record = source.click(k, n).or_bad_input()?;
     let trace = Trace::from(&record);
     Ok(match picture_click(&trace, &known) {

@@ -3,8 +3,9 @@
 
 use crate::{rijke, scratch};
 use rijke_flow::BaseStates;
+use rijke_flow::{TubeCampaign, TubeRig};
 use rijke_lab::{Truth, VirtualRig};
-use rijke_rig::{RecordSource, TubeCampaign, TubeRig};
+use rijke_rig::RecordSource;
 use rijke_signal::{ProcessOptions, process};
 use std::path::Path;
 
@@ -30,6 +31,7 @@ fn lab_base_states_are_true_within_their_errors() {
     let observations = work.join("observations");
     std::fs::create_dir_all(&observations).unwrap();
     processed.observations.write(&observations).unwrap();
+    lab.tube().write_within(&observations, &|_| true).unwrap();
     let run = rijke(&work, &["flow", ".", "--out", "base-flow"]);
     assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
     let states = BaseStates::read(&work.join("base-flow")).unwrap();
@@ -99,7 +101,7 @@ fn lab_states_of_a_ramp_are_true_within_their_errors() {
 fn true_within_errors(lab: &VirtualRig, states: &BaseStates) {
     for (k, entry) in lab.set().points.iter().enumerate() {
         let (truth, found) = (lab.true_base_state(k), &states.points[&entry.point.id]);
-        let heater = entry.point.position.unwrap();
+        let heater = entry.point.factor(rijke_flow::POSITION).unwrap();
         let places: Vec<f64> = (0..50).map(|k| 0.01 + 0.02 * f64::from(k)).collect();
         let covariance = found.sound_speed_covariance(&places);
         for (i, &x) in places.iter().enumerate().filter(|(_, x)| (*x - heater).abs() > 0.012) {

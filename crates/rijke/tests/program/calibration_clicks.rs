@@ -5,9 +5,10 @@
 
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
+use rijke_flow::{TubeCampaign, TubeRig};
 use rijke_lab::{Truth, VirtualRig};
 use rijke_numerics::Streams;
-use rijke_rig::{Record, RecordSet, RecordSource, RigError, TubeCampaign, TubeRig};
+use rijke_rig::{Record, RecordSet, RecordSource, RigError};
 use rijke_signal::{ChannelDelays, ProcessOptions, process};
 
 /// The laboratory's empty tube as a rig file would show it that says nothing of the end.
@@ -56,7 +57,7 @@ const REFERENCE: usize = 5;
 fn calibration(hz: f64, end: End, seed: u64, slow: bool) -> Result<Found, String> {
     let (mut rig, mut campaign, mut truth) =
         (TubeRig::juniper_yoko_2022(), TubeCampaign::juniper_yoko_2022(), Truth::standard());
-    let shown = rig.clone();
+    let shown = rig.apparatus();
     campaign.points.retain(|p| p.id == "C3-E");
     campaign.ramps.clear();
     truth.loudspeaker.click_hz = hz;

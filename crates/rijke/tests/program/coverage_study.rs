@@ -145,16 +145,17 @@ fn normal(stream: &mut impl rand::Rng) -> f64 {
 
 impl Tube {
     fn new(study: &Study, noise: Noise, repeats: usize, seed: u64) -> Self {
-        let (mut rig, campaign) = study.for_records().unwrap();
+        let (mut rig, campaign) = (study.apparatus().unwrap(), study.campaign.operating_points());
         // No reflection of a click, and hardly any dispersion.
-        (rig.tube.length, rig.tube.inner_diameter) = (10.0, 1.0);
+        (rig.duct.length, rig.duct.inner_diameter) = (10.0, 1.0);
         let names = |what: &str, count: usize| (0..count).map(|n| format!("{what}-{n}")).collect();
         let clicks = if noise.clicks { repeats } else { 0 };
-        let points = campaign.points.iter().map(|p| PointRecords {
+        let points = campaign.iter().map(|p| PointRecords {
             point: p.clone(),
             day: 0,
             pings: names(&format!("{}-ping", p.id), repeats),
             clicks: names(&format!("{}-click", p.id), clicks),
+            way: None,
         });
         let click = RecordTiming { rate_hz: CLICK.1, quiet: CLICK.0[0] };
         let calibration = Calibration { day: 0, stretch: click, clicks: names("calibration", 6) };
@@ -186,7 +187,6 @@ impl Tube {
             days: vec![day],
             points: points.collect(),
             calibrations: if noise.clicks { vec![calibration] } else { Vec::new() },
-            ramps: Vec::new(),
             acquisition: Acquisition::default(),
         };
         Self { set, noise, seed, modes, shapes, channels, sound_speed, click_speed }

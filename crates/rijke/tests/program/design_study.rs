@@ -6,9 +6,10 @@ use rand::seq::IndexedRandom;
 use rayon::prelude::*;
 use rijke_engine::SavedModel;
 use rijke_engine::run::{Aim, Next, OpenModel, Run, StageRecord, Trusted, Wish, forecast, next};
+use rijke_flow::{HeatedTube, POWER, TubeCampaign, TubePoint, TubeRig};
 use rijke_lab::{Truth, VirtualRig};
 use rijke_numerics::Streams;
-use rijke_rig::{Observations, OperatingPoint, RecordSource, TubeCampaign, TubeRig};
+use rijke_rig::{Observations, OperatingPoint, RecordSource};
 use rijke_signal::{ProcessOptions, process};
 use rijke_study::Study;
 use std::{fs, path::PathBuf};
@@ -55,6 +56,7 @@ const PAIRS: [(&str, &str); 2] = [
 pub(crate) struct Bench {
     folder: PathBuf,
     all: Observations,
+    tube: HeatedTube,
     /// Names of the hot points, and their true growth rates.
     pub(crate) hot: Vec<(String, f64)>,
 }
@@ -110,7 +112,7 @@ pub(crate) fn hours(ids: &[String]) -> f64 {
 impl Bench {
     /// `name` is that of its folder.
     pub(crate) fn new(name: &str, seed: u64) -> Self {
-        let wanted = |p: &OperatingPoint| {
+        let wanted = |p: &TubePoint| {
             let on_the_grid = p.position.is_some_and(|x| PLACES.contains(&((100.0 * x).round() as u32)));
             p.id == "C3-E" || p.row == "C1" || p.row == "H0" || (p.power > 0.0 && on_the_grid)
         };
@@ -119,7 +121,7 @@ impl Bench {
         let (rig, truth) = (TubeRig::juniper_yoko_2022(), Truth::standard());
         let lab = VirtualRig::new(&rig, &campaign, &truth, &[], Some(REPEATS), seed).unwrap();
         let all = process(&lab, &ProcessOptions::default(), &|| {}).unwrap().observations;
-        let hot = lab.set().points.iter().enumerate().filter(|(_, p)| p.point.power > 0.0);
+        let hot = lab.set().points.iter().enumerate().filter(|(_, p)| p.point.factor(POWER) > Some(0.0));
         let hot = hot.map(|(k, p)| (p.point.id.clone(), lab.true_mode(k).0.re)).collect();
         let folder = scratch(&format!("design-study-{name}"));
         let paper = example("juniper-yoko-2022");
@@ -127,7 +129,7 @@ impl Bench {
         for file in ["rig.toml", "campaign.csv"] {
             fs::copy(paper.join(file), folder.join(file)).unwrap();
         }
-        Self { folder, all, hot }
+        Self { folder, all, tube: lab.tube().clone(), hot }
     }
 
     /// What is found of the pairs if these hot points are measured; the others are planned.
@@ -139,7 +141,7 @@ impl Bench {
         }
         fs::write(self.folder.join("study.toml"), plan).unwrap();
         let mut observations = self.all.clone();
-        let planned = |p: &OperatingPoint| p.power > 0.0 && !points.contains(&p.id);
+        let planned = |p: &OperatingPoint| p.factor(POWER) > Some(0.0) && !points.contains(&p.id);
         for p in observations.points.iter_mut().filter(|p| planned(&p.point)) {
             (p.ping, p.click, p.ping_count, p.click_count) = (None, None, 0, 0);
             (p.pings, p.clicks) = (Vec::new(), Vec::new());
@@ -147,6 +149,7 @@ impl Bench {
         let written = self.folder.join("observations");
         let _ = fs::remove_dir_all(&written);
         observations.write(&written).unwrap();
+        self.tube.write_within(&written, &|_| true).unwrap();
         let output = rijke(&self.folder, &["flow", ".", "--out", "base", "--force", "--quiet"]);
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
         let study = Study::open(&self.folder).unwrap();

@@ -28,7 +28,7 @@ fn exact_records_in_every_format_give_the_same_observations() {
     ] {
         let target = folder.join(name);
         fs::create_dir(&target).unwrap();
-        for file in ["rig.toml", "campaign.toml"] {
+        for file in ["rig.toml", "campaign.csv", "tube.toml"] {
             fs::copy(folder.join("wav").join(file), target.join(file)).unwrap();
         }
         let manifest = fs::read_to_string(folder.join("wav/manifest.toml")).unwrap();

@@ -5,9 +5,10 @@
 use crate::{copy, example, rijke, scratch};
 use rand_distr::{Distribution, StandardNormal};
 use rijke_flow::BaseStates;
+use rijke_flow::{HeatedTube, Logged, POWER, Ramp, TubeCampaign, TubePoint, TubeRig};
 use rijke_lab::{Truth, VirtualRig};
 use rijke_numerics::Streams;
-use rijke_rig::{Logged, Observations, OperatingPoint, Ramp, RecordSource, TubeCampaign, TubeRig};
+use rijke_rig::{Observations, OperatingPoint, RecordSource};
 use rijke_signal::{ProcessOptions, process};
 use serde_json::Value;
 use std::{collections::BTreeMap, fs, path::Path};
@@ -151,13 +152,14 @@ fn one_rig(seed: u64) -> Vec<Found> {
     let lab = VirtualRig::new(&TubeRig::juniper_yoko_2022(), &campaign, &truth, &[], None, seed).unwrap();
     let all = process(&lab, &ProcessOptions::default(), &|| {}).unwrap().observations;
     let arm = |(k, (rows, _, moves)): (usize, &(&str, f64, bool))| {
-        let mine = |p: &OperatingPoint| p.power == 0.0 || p.id.starts_with(rows);
+        let mine = |p: &OperatingPoint| p.factor(POWER) == Some(0.0) || p.id.starts_with(rows);
         let mut observations = all.clone();
         observations.points.retain(|p| mine(&p.point));
         let there = |id: &str| *moves && observations.points.iter().any(|p| p.point.id == id);
-        observations.ramps = Ramp::restricted(&all.ramps, &there);
+        let ramps = Ramp::restricted(&lab.tube().ramps, &there);
+        let tube = HeatedTube { ramps, ..lab.tube().clone() };
         let folder = scratch(&format!("ramp-study-{seed}-{k}"));
-        let found = trained(&folder, &observations, &lab);
+        let found = trained(&folder, &observations, &tube, &lab);
         fs::remove_dir_all(&folder).unwrap();
         found
     };
@@ -170,11 +172,11 @@ fn campaign() -> TubeCampaign {
     let paper = TubeCampaign::juniper_yoko_2022();
     let (cold, hot): (Vec<_>, Vec<_>) = paper.points.into_iter().partition(|p| p.power == 0.0);
     let hot: Vec<_> = hot.into_iter().filter(|p| p.position == Some(0.25)).collect();
-    let mut points: Vec<_> = cold.into_iter().map(|p| OperatingPoint { repeats: 4, ..p }).collect();
+    let mut points: Vec<_> = cold.into_iter().map(|p| TubePoint { repeats: 4, ..p }).collect();
     let mut ramps = Vec::new();
     for (rows, hours) in [("H", None), ("R", Some(2.0)), ("S", Some(1.0))] {
         let name = |text: &str| text.replacen('H', rows, 1);
-        let mine = hot.iter().map(|p| OperatingPoint {
+        let mine = hot.iter().map(|p| TubePoint {
             id: name(&p.id),
             row: name(&p.row),
             repeats: REPEATS,
@@ -195,13 +197,13 @@ fn campaign() -> TubeCampaign {
 }
 
 /// What the program finds of these observations.
-fn trained(folder: &Path, observations: &Observations, lab: &VirtualRig) -> Found {
+fn trained(folder: &Path, observations: &Observations, tube: &HeatedTube, lab: &VirtualRig) -> Found {
     let paper = example("juniper-yoko-2022");
     copy(&paper.join("candidates"), &folder.join("candidates"));
     fs::copy(paper.join("rig.toml"), folder.join("rig.toml")).unwrap();
     fs::write(folder.join("study.toml"), STUDY).unwrap();
-    let points: Vec<_> = observations.points.iter().map(|p| &p.point).collect();
-    let line = |p: &&OperatingPoint| {
+    let points: Vec<_> = observations.points.iter().map(|p| TubePoint::of(&p.point).unwrap()).collect();
+    let line = |p: &TubePoint| {
         let at = p.position.map_or(String::new(), |x| x.to_string());
         let hot = if p.power > 0.0 { "hot" } else { &p.id };
         let (plates, thermometers) = (u8::from(p.plates), u8::from(p.thermometers));
@@ -211,6 +213,7 @@ fn trained(folder: &Path, observations: &Observations, lab: &VirtualRig) -> Foun
     fs::write(folder.join("campaign.csv"), head.to_owned() + &points.iter().map(line).collect::<String>())
         .unwrap();
     observations.write(&folder.join("observations")).unwrap();
+    tube.write_within(&folder.join("observations"), &|_| true).unwrap();
     let run = |words: &[&str]| {
         let output = rijke(folder, words);
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
@@ -230,8 +233,11 @@ fn trained(folder: &Path, observations: &Observations, lab: &VirtualRig) -> Foun
             [number("value"), number("sd"), f64::NAN],
         );
     }
-    for p in observations.points.iter().filter(|p| p.point.power > 0.0) {
-        let (id, power) = (&p.point.id, p.point.power);
+    for p in &observations.points {
+        let (id, power) = (&p.point.id, p.point.factor(POWER).unwrap());
+        if power == 0.0 {
+            continue;
+        }
         let k = lab.set().points.iter().position(|entry| entry.point.id == *id).unwrap();
         let (truth, ping) = (lab.true_mode(k).0.re, p.ping.as_ref().unwrap());
         let sd = ping.covariance[(0, 0)].sqrt();

@@ -1,8 +1,7 @@
 //! A small folder of records, to be spoilt by the tests.
 
-use rijke_rig::{
-    Calibration, DataKind, Day, PointRecords, RecordSet, RecordTiming, Samples24, TubeCampaign, TubeRig,
-};
+use rijke_flow::{HeatedTube, TubeCampaign, TubeRig};
+use rijke_rig::{Calibration, DataKind, Day, PointRecords, RecordSet, RecordTiming, Samples24};
 use std::path::Path;
 
 pub(crate) const PING: &str = "C3-E/ping-0.wav";
@@ -13,8 +12,9 @@ pub(crate) fn write(folder: &Path) {
     let points = TubeCampaign::juniper_yoko_2022().points.into_iter().filter(|p| p.row == "C3").take(2);
     let stretch = |rate_hz| RecordTiming { rate_hz, quiet: 20 };
     let named = |id: &str, kind: &str| (0..2).map(|r| format!("{id}/{kind}-{r}.wav")).collect::<Vec<_>>();
+    let tube = HeatedTube { rig: TubeRig::juniper_yoko_2022(), ramps: Vec::new() };
     let set = RecordSet {
-        rig: TubeRig::juniper_yoko_2022(),
+        rig: tube.rig.apparatus(),
         kind: DataKind::Virtual,
         source: "a test".into(),
         channels: (0..8).map(Some).collect(),
@@ -27,10 +27,10 @@ pub(crate) fn write(folder: &Path) {
         points: points
             .map(|point| {
                 let (pings, clicks) = (named(&point.id, "ping"), named(&point.id, "click"));
-                PointRecords { day: 0, pings, clicks, point }
+                let way = Some(tube.rig.way(&point));
+                PointRecords { day: 0, pings, clicks, point: (&point).into(), way }
             })
             .collect(),
-        ramps: Vec::new(),
         calibrations: [10_000.0, 62_500.0]
             .map(|rate_hz| Calibration {
                 day: 0,
@@ -52,5 +52,6 @@ pub(crate) fn write(folder: &Path) {
     for calibration in &set.calibrations {
         calibration.clicks.iter().for_each(|n| save(n, calibration.stretch.rate_hz));
     }
+    tube.write_within(folder, &|_| true).unwrap();
     set.write(folder).unwrap();
 }

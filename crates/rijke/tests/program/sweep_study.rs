@@ -2,9 +2,9 @@
 
 use crate::measured::{model, parameter, stage};
 use crate::{rijke, scratch};
+use rijke_flow::{TubeCampaign, TubeRig};
 use rijke_lab::{Truth, VirtualRig, open_ends};
 use rijke_numerics::C64;
-use rijke_rig::{TubeCampaign, TubeRig};
 use serde_json::Value;
 use std::fs;
 use std::path::Path;
@@ -14,7 +14,7 @@ const CAMPAIGN: &str = "name = \"The empty tube\"\nsource = \"a test\"\n[[row]]\
 
 const RIG: &str = r#"
 name = "The empty tube of the virtual laboratory"
-source = "crates/rig/data/rigs/juniper-yoko-2022.toml"
+source = "crates/flow/data/rigs/juniper-yoko-2022.toml"
 
 [gas]
 pressure = "101325 Pa"

@@ -1,24 +1,17 @@
-//! What is known of the way of sound from the bottom of the tube to each microphone, and how well.
+//! What is known of the way of sound from the lower end of the duct to each microphone, and how well.
 
 use crate::click::{ClickOptions, Reflection};
 use rijke_numerics::Matrix;
-use rijke_rig::{GasState, OperatingPoint, RecordSet, TubeRig};
+use rijke_rig::{GasState, PointRecords, RecordSet, Stretch, Way};
 
-/// Relative standard deviation of the boundary layers of the insert: threads and fabric have a larger surface
-/// than smooth cylinders, by how much is not known.
-const INSERT_SURFACE_SD: f64 = 0.5;
-
-/// Wetted perimeter over twice the open area, 1/m, of the tube and of the tube with insert.
-fn wetted(rig: &TubeRig) -> [f64; 2] {
-    let (tube, insert) = (&rig.tube, &rig.insert);
-    let with = (tube.perimeter() + insert.perimeter()) / (2.0 * (tube.area() - insert.area()));
-    [tube.radius().recip(), with]
+/// Wetted perimeter over twice the open area of the empty duct, 1/m.
+fn wetted(set: &RecordSet) -> f64 {
+    set.rig.duct.radius().recip()
 }
 
-/// Length of the insert at `point`, m: they reach from the bottom to the plates.
-fn insert_length(rig: &TubeRig, point: &OperatingPoint) -> f64 {
-    let half = if point.plates { 0.5 * rig.plates.length() } else { 0.0 };
-    point.position.map_or(0.0, |position| (position - half).max(0.0))
+/// Length of a stretch below the place `x`, m.
+fn passed(stretch: &Stretch, x: f64) -> f64 {
+    (x.min(stretch.to) - stretch.from).max(0.0)
 }
 
 /// Kirchhoff's dispersion of a path of which 1 m has a wetted perimeter over twice the open area of 1/m,
@@ -35,24 +28,26 @@ fn layers(set: &RecordSet, day: usize) -> f64 {
     kirchhoff(&set.rig.gas.at(set.days[day].ambient_temperature, set.rig.pressure))
 }
 
-/// `options` with what is known of the propagation in the tube of `set` on one day (an index): Kirchhoff's
-/// boundary layers on the tube and on the insert below the plates, and the reflection at the open end, which
-/// comes earlier by an unknown factor if the gas is hot. No point: the empty tube.
+/// `options` with what is known of the propagation in the duct of `set` on one day (an index): Kirchhoff's
+/// boundary layers on the wall and on what stands along the `way`, and the reflection at the open end, which
+/// comes earlier by an unknown factor if the gas is hot. No records: the empty duct of a calibration.
 #[must_use]
 pub fn click_options(
     set: &RecordSet,
     day: usize,
-    point: Option<&OperatingPoint>,
+    records: Option<&PointRecords>,
     options: &ClickOptions,
 ) -> ClickOptions {
-    let (rig, radius) = (&set.rig, set.rig.tube.radius());
+    let (rig, radius) = (&set.rig, set.rig.duct.radius());
     let sound_speed = rig.gas.at(set.days[day].ambient_temperature, rig.pressure).sound_speed;
     // Levine & Schwinger 1948: the reflection seems to come from 0.61 radii beyond the end.
-    let end = rig.tube.length + 0.61 * radius;
+    let (length, end) = (rig.duct.length, rig.duct.length + 0.61 * radius);
     let positions = &rig.microphones.positions;
-    let ([bare, with], loss) = (wetted(rig), layers(set, day));
-    let insert = point.map_or(0.0, |p| insert_length(rig, p));
-    let way = |x: f64| loss * (x * bare + x.min(insert) * (with - bare));
+    let (bare, loss) = (wetted(set), layers(set, day));
+    let passing = records.and_then(|r| r.way.as_ref());
+    let stretches = passing.map_or(&[][..], |way| &way.stretches);
+    let beside = |x: f64| stretches.iter().map(|s| passed(s, x) * (s.wetted - bare)).sum::<f64>();
+    let way = |x: f64| loss * (x * bare + beside(x));
     ClickOptions {
         dispersion: positions.iter().map(|x| way(*x)).collect(),
         reflection: Some(Reflection {
@@ -60,42 +55,86 @@ pub fn click_options(
             strength: -1.0,
             smoothing: radius / sound_speed,
             tolerance: 0.1,
-            pace_sd: if point.is_some_and(|p| p.power > 0.0) { 0.2 } else { 0.0 },
-            dispersion: positions.iter().map(|x| 2.0 * (way(rig.tube.length) - way(*x))).collect(),
+            pace_sd: if passing.is_some_and(|way| way.hot) { 0.2 } else { 0.0 },
+            dispersion: positions.iter().map(|x| 2.0 * (way(length) - way(*x))).collect(),
         }),
-        leaning: point.is_none(),
+        leaning: records.is_none(),
         ..options.clone()
     }
 }
 
-/// Covariance of what shifts all clicks of `point` alike against those of the calibration, s^2: the rig is
-/// set anew ([`rijke_rig::Recording::arrival_setting_sd_s`]), and the surface of the insert is not well
-/// known. A dispersion kappa delays the impulse by kappa times `delay`, s^{-1/2}.
-pub(super) fn setting_covariance(set: &RecordSet, day: usize, point: &OperatingPoint, delay: f64) -> Matrix {
-    let (rig, insert) = (&set.rig, insert_length(&set.rig, point));
-    let ([bare, with], loss) = (wetted(rig), layers(set, day));
-    let late = |x: &f64| loss * delay * x.min(insert) * (with - bare) * INSERT_SURFACE_SD;
-    let late: Vec<f64> = rig.microphones.positions.iter().map(late).collect();
-    let setting = rig.recording.arrival_setting_sd_s.powi(2);
+/// Covariance of what shifts all clicks of a point alike against those of the calibration, s^2: the rig is
+/// set anew ([`rijke_rig::Recording::arrival_setting_sd_s`]), and the surface of what stands along the `way`
+/// is not well known. A dispersion kappa delays the impulse by kappa times `delay`, s^{-1/2}.
+pub(super) fn setting_covariance(set: &RecordSet, day: usize, way: Option<&Way>, delay: f64) -> Matrix {
+    let (bare, loss) = (wetted(set), layers(set, day));
+    let stretches = way.map_or(&[][..], |way| &way.stretches);
+    let late = |x: &f64| -> f64 {
+        stretches.iter().map(|s| loss * delay * passed(s, *x) * (s.wetted - bare) * s.excess_sd).sum()
+    };
+    let late: Vec<f64> = set.rig.microphones.positions.iter().map(late).collect();
+    let setting = set.rig.recording.arrival_setting_sd_s.powi(2);
     Matrix::from_fn(late.len(), late.len(), |i, j| setting + late[i] * late[j])
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use rijke_rig::{Acquisition, Apparatus, Arrays, DataKind, Day, OperatingPoint, RecordTiming};
+    use std::path::Path;
+
+    fn set(way: Option<Way>) -> RecordSet {
+        let rig = include_str!("../../../rig/data/rig.toml");
+        let timing = RecordTiming { rate_hz: 62_500.0, quiet: 100 };
+        RecordSet {
+            rig: Apparatus::parse(rig, Path::new("rig.toml")).unwrap(),
+            kind: DataKind::Measured,
+            source: String::new(),
+            channels: (0..8).map(Some).collect(),
+            arrays: Arrays::default(),
+            full_scale: 1.0,
+            ping: timing,
+            click: timing,
+            days: vec![Day { id: "one".into(), ambient_temperature: 293.0, ambient_temperature_sd: 0.1 }],
+            points: vec![PointRecords {
+                point: OperatingPoint::default(),
+                day: 0,
+                pings: Vec::new(),
+                clicks: Vec::new(),
+                way,
+            }],
+            calibrations: Vec::new(),
+            acquisition: Acquisition::default(),
+        }
+    }
 
     #[test]
-    fn exact_bare_tube_has_kirchhoffs_layer_and_an_insert_adds_its_own() {
-        let rig = TubeRig::juniper_yoko_2022();
-        let [bare, with] = wetted(&rig);
-        assert!((bare - 2.0 / 0.0474).abs() < 1e-12);
-        let (perimeter, area) =
-            (0.0474 + 2.0 * 0.003 + 2.0 * 0.004, 0.0474_f64.powi(2) - 2.0 * (9e-6 + 16e-6));
-        assert!((with - 2.0 * perimeter / area).abs() < 1e-9, "{with}");
-        let mut point = rijke_rig::TubeCampaign::juniper_yoko_2022().points.remove(0);
-        (point.position, point.plates) = (Some(0.4), true);
-        assert!((insert_length(&rig, &point) - (0.4 - 0.5 * rig.plates.length())).abs() < 1e-12);
-        (point.position, point.plates) = (None, false);
-        assert_eq!(insert_length(&rig, &point), 0.0);
+    fn exact_a_bare_duct_has_kirchhoffs_layer_and_a_stretch_adds_its_own() {
+        let options = |way| {
+            let set = set(way);
+            click_options(&set, 0, Some(&set.points[0]), &ClickOptions::default())
+        };
+        let (bare, empty) = (options(None), set(None));
+        let kappa = kirchhoff(&empty.rig.gas.at(293.0, empty.rig.pressure));
+        let positions = &empty.rig.microphones.positions;
+        for (x, found) in positions.iter().zip(&bare.dispersion) {
+            assert!((found - kappa * x * 2.0 / 0.0474).abs() < 1e-15, "{x}: {found}");
+        }
+        assert_eq!(options(Some(Way::default())).dispersion, bare.dispersion);
+        // From 0.3 to 0.5 m twice the layers: 0.05, 0.15 and 0.2 m of them at 0.35, 0.45 and 0.55 m.
+        let stretch = Stretch { from: 0.3, to: 0.5, wetted: 4.0 / 0.0474, excess_sd: 0.5 };
+        let way = Way { hot: true, stretches: vec![stretch] };
+        let with = options(Some(way.clone()));
+        let more: Vec<f64> = with.dispersion.iter().zip(&bare.dispersion).map(|(a, b)| a - b).collect();
+        for (found, length) in more.iter().zip([0.0, 0.05, 0.15, 0.2, 0.2]) {
+            assert!((found - kappa * length * 2.0 / 0.0474).abs() < 1e-15, "{more:?}");
+        }
+        let pace = |o: &ClickOptions| o.reflection.as_ref().unwrap().pace_sd;
+        assert_eq!((pace(&bare), pace(&with)), (0.0, 0.2));
+        // Half of what they delay is not known, together with the setting.
+        let covariance = setting_covariance(&empty, 0, Some(&way), 1e3);
+        let (late, setting) = (0.5e3 * more[4], 2.1e-6_f64.powi(2));
+        assert!((covariance[(0, 0)] - setting).abs() < 1e-20);
+        assert!((covariance[(4, 7)] - setting - late * late).abs() < 1e-18, "{}", covariance[(4, 7)]);
     }
 }

@@ -113,7 +113,7 @@ pub fn process_again(
             } else {
                 let record = source.click(point, repeat)?;
                 loudest.hear(name, &record, false);
-                let click = click_options(set, records.day, Some(&records.point), &click_options_found);
+                let click = click_options(set, records.day, Some(records), &click_options_found);
                 let fit = fit_click(&Trace::from(&record), &click);
                 Fitted::Click(fit.and_then(|fit| {
                     let delays = click_delays.as_ref();
@@ -235,7 +235,8 @@ pub fn process_again(
         // Errors that all clicks of the point share: of the calibration, of the setting, of what is known of
         // the path.
         let shared = click_delays.as_ref().map(|delays| {
-            let setting = setting_covariance(set, records.day, &records.point, delays.delay_per_dispersion());
+            let setting =
+                setting_covariance(set, records.day, records.way.as_ref(), delays.delay_per_dispersion());
             delays.covariance.plus(1.0, &setting)
         });
         let mean_click = click_repeats.as_ref().zip(shared.as_ref()).map(|(repeats, shared)| Click {
@@ -282,7 +283,6 @@ pub fn process_again(
         points,
         rejections,
         channels: ping_delays.as_ref().map(|delays| delays.left_over(options.ping.reference)),
-        ramps: set.ramps.clone(),
     };
     let observations =
         if whole { observations.with_the_dead(&set.acquisition.removed) } else { observations };

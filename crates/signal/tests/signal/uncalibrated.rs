@@ -4,12 +4,12 @@
 use rand_distr::{Distribution, StandardNormal};
 use rijke_numerics::{C64, Streams};
 use rijke_rig::{
-    Arrays, DataKind, Day, PointRecords, Record, RecordSet, RecordSource, RecordTiming, RigError,
-    TubeCampaign, TubeRig,
+    Apparatus, Arrays, DataKind, Day, OperatingPoint, PointRecords, Record, RecordSet, RecordSource,
+    RecordTiming, RigError,
 };
 use rijke_signal::{ChannelPriors, ProcessOptions, process};
 
-/// Pings at two points of the paper's rig; nothing else.
+/// Pings at two points; nothing else.
 struct Pings {
     set: RecordSet,
     rate_hz: f64,
@@ -20,16 +20,17 @@ const S: C64 = C64::new(-9.0, 1085.0);
 impl Pings {
     fn new(rate_hz: f64, repeats: usize) -> Self {
         let quiet = (0.2 * rate_hz) as usize;
-        let campaign = TubeCampaign::juniper_yoko_2022();
+        let rig = include_str!("../../../rig/data/rig.toml");
         let point = |k: usize| PointRecords {
-            point: campaign.points[k].clone(),
+            point: OperatingPoint { id: format!("point-{k}"), ..OperatingPoint::default() },
             day: 0,
             pings: (0..repeats).map(|n| format!("ping-{k}-{n}")).collect(),
             clicks: Vec::new(),
+            way: None,
         };
         let set = RecordSet {
             acquisition: rijke_rig::Acquisition::default(),
-            rig: TubeRig::juniper_yoko_2022(),
+            rig: Apparatus::parse(rig, std::path::Path::new("rig.toml")).unwrap(),
             kind: DataKind::Measured,
             source: "a rig without clicks".into(),
             channels: (0..8).map(Some).collect(),
@@ -40,7 +41,6 @@ impl Pings {
             days: vec![Day { id: "one".into(), ambient_temperature: 293.0, ambient_temperature_sd: 0.1 }],
             points: vec![point(0), point(1)],
             calibrations: Vec::new(),
-            ramps: Vec::new(),
         };
         Self { set, rate_hz }
     }

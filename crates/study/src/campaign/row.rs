@@ -220,10 +220,5 @@ impl std::fmt::Display for Cell {
 
 /// A unit in base units, as formulas read it: `kg m^2 s^-3`.
 pub(crate) fn si_text(unit: &Unit) -> String {
-    let names = ["kg", "m", "s", "K", "A", "mol"];
-    let parts: Vec<String> = (names.iter().zip(unit.dimension()))
-        .filter(|(_, power)| *power != 0)
-        .map(|(name, power)| if power == 1 { (*name).to_owned() } else { format!("{name}^{power}") })
-        .collect();
-    if parts.is_empty() { "1".to_owned() } else { parts.join(" ") }
+    unit.in_base_units()
 }

@@ -244,6 +244,7 @@ pub(super) fn rig(file: File, campaign: &Campaign, source: &Source) -> Outcome<R
         factors,
         brought,
         ping_decay_times: file.recording.decay_times()?,
+        arrival_setting_sd_s: file.recording.setting_sd()?,
         search_is_stated: search.frequency_hz.is_some(),
         search: [search.growth_rate.unwrap_or([-500.0, 500.0]), hertz],
     })

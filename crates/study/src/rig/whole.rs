@@ -46,6 +46,8 @@ pub struct Rig {
     pub search_is_stated: bool,
     /// Decay times of a ring-down that the fit of a ping uses, if stated.
     pub ping_decay_times: Option<f64>,
+    /// Standard deviation of a shift of all arrival times alike between two settings of the rig, s.
+    pub arrival_setting_sd_s: f64,
 }
 
 impl Rig {

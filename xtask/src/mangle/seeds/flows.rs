@@ -7,9 +7,9 @@ use std::fs;
 pub(super) fn lab(bench: &mut Bench<'_>) -> Outcome {
     let folder = bench.folder("lab", "empty-tube")?;
     write(&folder.join("campaign.toml"), include_str!("tube/lab.toml"))?;
-    own("crates/rig/data/rigs/juniper-yoko-2022.toml", &folder.join("rig.toml"))?;
+    own("crates/flow/data/rigs/juniper-yoko-2022.toml", &folder.join("tube.toml"))?;
     own("crates/lab/data/truth.toml", &folder.join("truth.toml"))?;
-    let command = "lab --out out --rig rig.toml --campaign campaign.toml --truth truth.toml";
+    let command = "lab --out out --rig tube.toml --campaign campaign.toml --truth truth.toml";
     bench.add("lab", folder, &[command, &format!("{command} --sweep 100 700")], &[]);
     let folder = bench.folder("lab", "ramp")?;
     write(&folder.join("campaign.toml"), include_str!("tube/hot.toml"))?;

@@ -233,9 +233,9 @@ fn principal(mut rows: Vec<Vec<f64>>) -> Result<(Vec<f64>, Vec<Vec<f64>>), FlowE
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::TubeRig;
     use crate::tube::closures::Closures;
     use crate::tube::parameters::unknowns;
-    use rijke_rig::TubeRig;
 
     #[test]
     fn oracle_base_state_errors_are_derivatives_along_the_unknowns() {

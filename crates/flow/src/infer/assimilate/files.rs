@@ -1,10 +1,12 @@
 //! Records on disk: `flow.toml` and one CSV of samples per heater position.
 
 use super::record::{FlowRecord, Sample};
+use crate::apparatus::folder::HeatedTube;
+use crate::apparatus::geometry::TubeRig;
 use crate::error::FlowError;
 use crate::infer::sensor::{Sensor, SensorKind};
 use crate::tube::pipe::Pipe;
-use rijke_rig::{DataKind, TubeRig};
+use rijke_rig::DataKind;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
@@ -94,7 +96,7 @@ impl Records {
         let name = |heater: f64| format!("heater-{:03.0}mm.csv", heater * 1e3);
         let manifest = Manifest {
             kind: self.kind,
-            rig: "rig.toml".into(),
+            rig: HeatedTube::FILE.into(),
             interval_s: first.interval,
             ambient_sd_k: first.ambient_sd,
             ambient_drift_k_per_root_s: first.ambient_drift,
@@ -103,7 +105,7 @@ impl Records {
             runs: self.runs.iter().map(|(x, _)| SettledRun { heater_m: *x, samples: name(*x) }).collect(),
         };
         write(&folder.join("flow.toml"), &manifest)?;
-        write(&folder.join("rig.toml"), &self.rig)?;
+        write(&folder.join(HeatedTube::FILE), &self.rig)?;
         for (heater, record) in &self.runs {
             let path = folder.join(name(*heater));
             let mut file = csv::Writer::from_path(&path).map_err(|e| problem(&path, &e))?;

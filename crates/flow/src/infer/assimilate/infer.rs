@@ -1,13 +1,14 @@
 //! All runs of a record over time; and records made by the model itself.
 
 use super::{AssimilationMethod, NamedStates, Records, RunReport, Twin, TwinOptions, assimilate, staircase};
+use crate::apparatus::geometry::TubeRig;
 use crate::error::FlowError;
 use crate::tube::closures::Closures;
 use crate::tube::parameters::UNKNOWNS;
 use crate::tube::pipe::Pipe;
 use rayon::prelude::*;
 use rijke_numerics::Streams;
-use rijke_rig::{DataKind, TubeRig};
+use rijke_rig::DataKind;
 
 /// What a record over time tells.
 #[derive(Clone, Debug)]

@@ -6,6 +6,7 @@ use super::ensemble::filter::{FilterOptions, Snapshot, Variant, filter};
 use super::ensemble::smoother::smooth;
 use super::estimate::Estimate;
 use super::record::FlowRecord;
+use crate::apparatus::geometry::TubeRig;
 use crate::error::FlowError;
 use crate::infer::health::FlowHealth;
 use crate::infer::report::{
@@ -17,7 +18,6 @@ use crate::tube::parameters::{UNKNOWNS, unknowns};
 use crate::tube::pipe::Pipe;
 use rijke_inference::{Parameter, ensemble::Smoother};
 use rijke_numerics::Streams;
-use rijke_rig::TubeRig;
 
 /// Assimilates one run, and evaluates the base state at every power of its record. The operating points are
 /// named as in the campaign of the paper: `H180-25` for 180 W at 0.25 m.

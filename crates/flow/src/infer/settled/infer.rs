@@ -3,19 +3,19 @@
 
 use super::observed::runs;
 use super::{JointFit, Readings, SettledRun};
+use crate::apparatus::observed::TubeObservations;
 use crate::error::FlowError;
 use crate::infer::report::{NamedStates, RunReport};
 use crate::tube::closures::Closures;
 use crate::tube::pipe::Pipe;
 use rayon::prelude::*;
-use rijke_rig::Observations;
 
 /// Tubes with what was read in them, one for each place of the heater at which there was power.
 ///
 /// # Errors
 /// Those of [`Pipe::new`] and of the readings.
 pub fn heated(
-    observations: &Observations,
+    observations: &TubeObservations,
     readings: &Readings,
     closures: &Closures,
 ) -> Result<Vec<(Pipe, SettledRun)>, FlowError> {

@@ -2,12 +2,13 @@
 
 use super::readings::Readings;
 use super::run::{SettledRun, State};
+use crate::apparatus::observed::{ObservedTube, TubeObservations};
+use crate::apparatus::ramp::Ramp;
 use crate::error::FlowError;
 use crate::infer::sensor::SensorKind;
 use crate::tube::parameters::TubeParameters;
 use crate::tube::pipe::Pipe;
 use rijke_numerics::{Cholesky, Matrix};
-use rijke_rig::{Observations, PointObservations, Ramp};
 
 /// Half of the width of a click's window around its centre, s: what comes within this time is heard with it.
 const WINDOW: f64 = 0.8e-3;
@@ -43,17 +44,16 @@ const SHAPE_SD: f64 = 0.5e-6;
 /// # Errors
 /// Those of [`SettledRun::checked`], with the heater's place, and of the model.
 pub(super) fn runs(
-    observations: &Observations,
+    observations: &TubeObservations,
     along: &Readings,
     pipe: &dyn Fn(f64) -> Result<Pipe, FlowError>,
 ) -> Result<Vec<(Pipe, SettledRun)>, FlowError> {
     let passed = |id: &str| observations.ramps.iter().any(|ramp| ramp.time_of(id).is_some());
-    let read = |p: &&PointObservations| {
-        let planned = p.ping.is_none() && p.click.is_none();
-        planned || p.click.is_some() || !along.of(&p.point.id).is_empty() || passed(&p.point.id)
+    let read = |p: &&ObservedTube| {
+        p.is_planned || p.click.is_some() || !along.of(&p.point.id).is_empty() || passed(&p.point.id)
     };
-    let usable = |p: &&PointObservations| p.point.plates && p.point.position.is_some() && read(p);
-    let points: Vec<&PointObservations> = observations.points.iter().filter(usable).collect();
+    let usable = |p: &&ObservedTube| p.point.plates && p.point.position.is_some() && read(p);
+    let points: Vec<&ObservedTube> = observations.points.iter().filter(usable).collect();
     let mut places: Vec<(f64, bool)> = Vec::new();
     for p in points.iter().filter(|p| p.point.power > 0.0) {
         let key = (p.point.position.unwrap_or(0.0), p.point.thermometers);
@@ -68,7 +68,7 @@ pub(super) fn runs(
         let mine = points
             .iter()
             .filter(|p| p.point.position == Some(heater) && p.point.thermometers == thermometers);
-        let mine: Vec<&&PointObservations> = mine.collect();
+        let mine: Vec<&&ObservedTube> = mine.collect();
         let mut states: Vec<State> =
             mine.iter().map(|p| state(p, along, &pipe, installation)).collect::<Result<_, _>>()?;
         let clicks = mine.iter().filter_map(|p| Some((p.point.power, p.click.as_ref()?)));
@@ -113,12 +113,7 @@ fn overlap(pipe: &Pipe, x: f64, c: f64) -> f64 {
 }
 
 /// One point; `installation` is the sd of the shift of all its arrival times that the run has in common, s.
-fn state(
-    p: &PointObservations,
-    along: &Readings,
-    pipe: &Pipe,
-    installation: f64,
-) -> Result<State, FlowError> {
+fn state(p: &ObservedTube, along: &Readings, pipe: &Pipe, installation: f64) -> Result<State, FlowError> {
     let power = p.point.power;
     let ambient = p.ambient.ambient_temperature;
     let (mut sensors, mut readings) = (Vec::new(), Vec::new());

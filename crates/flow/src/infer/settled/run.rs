@@ -1,10 +1,10 @@
 //! The readings of states that are settled or passed on a ramp, with the heater at one place.
 
+use crate::apparatus::ramp::Ramp;
 use crate::error::FlowError;
 use crate::infer::sensor::{SensorKind, plausible};
 use crate::tube::pipe::Pipe;
 use rijke_numerics::Matrix;
-use rijke_rig::Ramp;
 
 /// The readings of one state.
 #[derive(Clone, Debug, PartialEq)]

@@ -3,10 +3,10 @@
 use super::of_run::Settled;
 use super::prediction::Predicted;
 use super::run::State;
+use crate::apparatus::ramp::Ramp;
 use crate::error::FlowError;
 use crate::infer::report::SettlingReport;
 use rijke_numerics::Matrix;
-use rijke_rig::Ramp;
 
 /// How far ahead is looked, s, and in what steps.
 const AHEAD: f64 = 4.0 * 3600.0;

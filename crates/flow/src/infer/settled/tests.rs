@@ -7,10 +7,10 @@ use super::unknowns::{FIXED, shared_share, unknowns};
 use crate::infer::sensor::SensorKind;
 use crate::tube::closures::Closures;
 use crate::tube::pipe::Pipe;
+use crate::{Logged, Ramp, TubeRig};
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 use rijke_numerics::{Matrix, Streams};
-use rijke_rig::{Logged, Ramp, TubeRig};
 
 const POWERS: [f64; 4] = [0.0, 30.0, 80.0, 180.0];
 pub(super) const SD: f64 = 0.5e-6;
@@ -347,7 +347,8 @@ fn lab_readings_beside_the_observations_serve_instead_of_clicks() {
     use super::readings::Readings;
     use crate::error::FlowError;
     use crate::tube::parameters::TubeParameters;
-    use rijke_rig::{DataKind, Day, Observations, PointObservations, TubeCampaign};
+    use crate::{ObservedTube, TubeCampaign, TubeObservations};
+    use rijke_rig::{DataKind, Day};
     let rig = TubeRig::juniper_yoko_2022();
     let truth = TubeParameters { inner_nusselt: 1.5, heater_drag: 10.0, ..TubeParameters::default() };
     let pipe = pipe(0.25);
@@ -362,15 +363,13 @@ fn lab_readings_beside_the_observations_serve_instead_of_clicks() {
         let list = (1..10).map(|k| reading(0.1 * f64::from(k))).collect();
         readings.points.insert(point.id.clone(), list);
         let day = Day { id: "one".into(), ambient_temperature: 293.0, ambient_temperature_sd: 0.1 };
-        points.push(PointObservations::unmeasured(point, day));
+        points.push(ObservedTube { point, ambient: day, click: None, is_planned: true });
     }
-    let observations = Observations {
+    let observations = TubeObservations {
         rig: rig.clone(),
         kind: DataKind::Virtual,
         source: "test".into(),
         points,
-        rejections: vec![],
-        channels: None,
         ramps: vec![],
     };
     let make = |heater: f64| -> Result<Pipe, FlowError> { Pipe::new(&rig, &Closures::default(), heater, 1) };

@@ -1,10 +1,10 @@
 //! Lanes against states that are stepped alone.
 
 use super::{Lanes, Transient};
+use crate::TubeRig;
 use crate::tube::closures::Closures;
 use crate::tube::parameters::{TubeParameters, Unknowns};
 use crate::tube::pipe::Pipe;
-use rijke_rig::TubeRig;
 use std::array::from_fn;
 
 const L: usize = 4;

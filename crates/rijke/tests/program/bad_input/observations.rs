@@ -2,8 +2,9 @@
 
 use super::{Case, case, edit};
 use crate::short;
+use rijke_flow::{TubeCampaign, TubeRig};
 use rijke_numerics::{C64, Matrix};
-use rijke_rig::{DataKind, Day, Observations, Ping, PointObservations, TubeCampaign, TubeRig};
+use rijke_rig::{DataKind, Day, Observations, Ping, PointObservations};
 use std::{fs, path::Path};
 
 const RANK: &str = "rank data --until empty-tube --one-start";
@@ -12,7 +13,7 @@ const RANK: &str = "rank data --until empty-tube --one-start";
 pub(crate) fn write(folder: &Path) {
     short::paper(&folder.join("data"));
     edit(folder, "data/study.toml", "[base.states]\npoints = { where = { Q_h = { above = 0 } } }", "");
-    let rig = TubeRig::juniper_yoko_2022();
+    let rig = TubeRig::juniper_yoko_2022().apparatus();
     let size = 2 * rig.microphones.positions.len();
     let ping = |k: f64| {
         let pressures = rig.microphones.positions.iter().map(|x| C64::new((3.0 * x).sin(), 0.0));
@@ -30,7 +31,7 @@ pub(crate) fn write(folder: &Path) {
         points: points
             .enumerate()
             .map(|(k, point)| PointObservations {
-                point,
+                point: (&point).into(),
                 ambient: Day { id: "one".into(), ambient_temperature: 293.0, ambient_temperature_sd: 0.1 },
                 ping: Some(ping(k as f64)),
                 ping_count: 4,
@@ -42,7 +43,6 @@ pub(crate) fn write(folder: &Path) {
             .collect(),
         rejections: Vec::new(),
         channels: None,
-        ramps: Vec::new(),
         rig,
     };
     fs::create_dir_all(folder.join("data/observations")).unwrap();

@@ -100,9 +100,9 @@ pub(super) const CASES: [Case; 42] = [
     ),
     case(
         "empty campaign",
-        |d| fs::write(d.join("records/campaign.toml"), "name = \"none\"\nrow = []\n").unwrap(),
+        |d| fs::write(d.join("records/campaign.csv"), "point,row,repeats\n").unwrap(),
         CHECK,
-        ["campaign.toml", "is empty", "give at least one [[row]]"],
+        ["campaign.csv", "is empty", "give at least one operating point"],
     ),
     case(
         "unknown operating point",
@@ -276,9 +276,9 @@ pub(super) const CASES: [Case; 42] = [
     ),
     case(
         "plates wider than the tube",
-        |d| edit(d, "records/rig.toml", "outer_diameter = 0.047", "outer_diameter = 0.47"),
+        |d| edit(d, "records/tube.toml", "outer_diameter = 0.047", "outer_diameter = 0.47"),
         CHECK,
-        ["rig.toml", "plates.outer_diameter: 0.47 m does not fit", "check both diameters"],
+        ["tube.toml", "plates.outer_diameter: 0.47 m does not fit", "check both diameters"],
     ),
     case(
         "pressure in bar",
@@ -287,10 +287,14 @@ pub(super) const CASES: [Case; 42] = [
         ["rig.toml", "pressure: 1.01325 Pa is outside", "give SI units"],
     ),
     case(
-        "row of the campaign without positions",
-        |d| edit(d, "records/campaign.toml", "empty_tube = true", "empty_tube = false\nx = 1"),
+        "column of the campaign that is no factor",
+        |d| edit(d, "records/campaign.csv", "X_h [m]", "position_m"),
         CHECK,
-        ["campaign.toml:", "unknown field `x`", "expected one of"],
+        [
+            "campaign.csv: line 1, column `position_m`",
+            "is no column of this table",
+            "has its unit in the heading",
+        ],
     ),
 ];
 

@@ -6,7 +6,7 @@ use serde::Deserialize;
 use serde::de::IgnoredAny;
 use toml::Spanned;
 
-/// How records are taken and fitted; all but the last is for the laboratory.
+/// How records are taken and fitted; the rates are for the laboratory.
 #[derive(Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Recording {
@@ -14,12 +14,22 @@ pub(super) struct Recording {
     _ping_rate_hz: Option<IgnoredAny>,
     #[serde(rename = "click_rate_hz")]
     _click_rate_hz: Option<IgnoredAny>,
-    #[serde(rename = "arrival_setting_sd_s")]
-    _arrival_setting_sd_s: Option<IgnoredAny>,
+    arrival_setting_sd_s: Option<Spanned<f64>>,
     ping_decay_times: Option<Spanned<f64>>,
 }
 
 impl Recording {
+    /// Standard deviation of a common shift of all arrival times between two settings, s.
+    pub(super) fn setting_sd(&self) -> Outcome<f64> {
+        let Some(sd) = &self.arrival_setting_sd_s else { return Ok(0.0) };
+        let (at, value) = (sd.span(), *sd.get_ref());
+        if (0.0..=1e-2).contains(&value) {
+            return Ok(value);
+        }
+        let need = "from 0 to 0.01 s: what a click comes sooner or later after the rig was set anew";
+        Err((at, StudyProblem::Value { key: "arrival_setting_sd_s".into(), value: value.to_string(), need }))
+    }
+
     /// Decay times of a ring-down that the fit of a ping uses.
     pub(super) fn decay_times(&self) -> Outcome<Option<f64>> {
         let Some(times) = &self.ping_decay_times else { return Ok(None) };

@@ -66,13 +66,13 @@ impl Batch<'_> {
 
 #[cfg(test)]
 mod tests {
+    use crate::TubeRig;
     use crate::infer::assimilate::batch::model::Batch;
     use crate::infer::assimilate::twin::{Twin, TwinOptions, staircase};
     use crate::tube::closures::Closures;
     use crate::tube::parameters::UNKNOWNS;
     use crate::tube::pipe::Pipe;
     use rijke_numerics::Streams;
-    use rijke_rig::TubeRig;
 
     fn worst(truth: &Closures) -> (String, f64, usize) {
         let pipe = |closures: &Closures| Pipe::new(&TubeRig::juniper_yoko_2022(), closures, 0.25, 1).unwrap();

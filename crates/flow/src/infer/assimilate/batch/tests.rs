@@ -3,6 +3,7 @@
 
 use super::model::Batch;
 use super::whitening::Whitening;
+use crate::TubeRig;
 use crate::infer::assimilate::ambient::smooth_ambient;
 use crate::infer::assimilate::twin::{Twin, TwinOptions, staircase};
 use crate::tube::closures::Closures;
@@ -13,7 +14,6 @@ use rand_distr::StandardNormal;
 use rayon::prelude::*;
 use rijke_inference::Forward;
 use rijke_numerics::{Cholesky, Matrix, Order, Streams, symmetric_eigen};
-use rijke_rig::TubeRig;
 
 /// A batch taken to first order at the truth.
 struct Linear {

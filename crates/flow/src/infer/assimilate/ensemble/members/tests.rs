@@ -1,12 +1,12 @@
 //! Members that fail, on the flow itself.
 
 use super::*;
+use crate::TubeRig;
 use crate::infer::assimilate::ensemble::filter::{FilterOptions, filter};
 use crate::infer::assimilate::twin::{Twin, TwinOptions, staircase};
 use crate::tube::closures::Closures;
 use crate::tube::parameters::unknowns;
 use rijke_numerics::Streams;
-use rijke_rig::TubeRig;
 
 /// A heater far up the tube and samples every `interval` seconds: a step too long for members whose wall
 /// follows quickly.

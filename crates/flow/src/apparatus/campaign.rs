@@ -1,23 +1,20 @@
 //! The campaign: which operating points were measured, and how often (Table 1 of the paper).
 
-use super::point::OperatingPoint;
+use super::point::TubePoint;
 use super::ramp::Ramp;
-use crate::error::RigError;
-use crate::files::read_text;
-use crate::files::{in_range, parse_toml};
-use crate::problem::Problem;
-use serde::{Deserialize, Serialize};
+use rijke_rig::files::{in_range, parse_toml, read_text};
+use rijke_rig::{Problem, RigError};
+use serde::Deserialize;
 use std::path::Path;
 
 /// All operating points of a campaign, in the order of its file.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Default)]
+#[derive(Clone, Debug, PartialEq, Default)]
 pub struct TubeCampaign {
     /// What the campaign is called in reports.
     pub name: String,
     /// The operating points.
-    pub points: Vec<OperatingPoint>,
+    pub points: Vec<TubePoint>,
     /// The runs in which points were measured before the flow had settled.
-    #[serde(skip)]
     pub ramps: Vec<Ramp>,
 }
 
@@ -101,7 +98,7 @@ impl TubeCampaign {
         let mut campaign = Self { name: file.name, points, ramps: Vec::new() };
         campaign.validate().map_err(|(place, problem)| RigError::invalid(path, place, problem))?;
         if let Some(name) = &file.ramps {
-            let known: Vec<&OperatingPoint> = campaign.points.iter().collect();
+            let known: Vec<&TubePoint> = campaign.points.iter().collect();
             campaign.ramps = Ramp::read(&path.with_file_name(name), &known)?;
         }
         Ok(campaign)
@@ -138,7 +135,7 @@ impl TubeCampaign {
             let first = points.iter().find(|p| p.position.is_some()).unwrap_or(&points[0]);
             let (plates, thermometers) = (first.plates, first.thermometers);
             let empty = points.iter().any(|p| p.position.is_none());
-            let centimetres = |p: &&OperatingPoint| p.position.map(|x| (x * 1e10).round() / 1e8);
+            let centimetres = |p: &&TubePoint| p.position.map(|x| (x * 1e10).round() / 1e8);
             let positions: Vec<f64> = points.iter().filter_map(centimetres).collect();
             text += &format!(
                 "\n[[row]]\nid = \"{row}\"\nplates = {plates}\nthermometers = {thermometers}\n\
@@ -150,7 +147,7 @@ impl TubeCampaign {
     }
 
     /// The points of one row, in order.
-    pub fn row<'a>(&'a self, row: &'a str) -> impl Iterator<Item = &'a OperatingPoint> {
+    pub fn row<'a>(&'a self, row: &'a str) -> impl Iterator<Item = &'a TubePoint> {
         self.points.iter().filter(move |point| point.row == row)
     }
 
@@ -165,13 +162,13 @@ impl TubeCampaign {
 
 impl Row {
     /// The operating point at a position, or of the empty tube.
-    fn point(&self, position_cm: Option<f64>) -> OperatingPoint {
+    fn point(&self, position_cm: Option<f64>) -> TubePoint {
         let suffix = match position_cm {
             None => "E".to_owned(),
             Some(cm) if cm.fract() == 0.0 => format!("{cm:02}"),
             Some(cm) => format!("{cm}"),
         };
-        OperatingPoint {
+        TubePoint {
             id: format!("{}-{suffix}", self.id),
             row: self.id.clone(),
             position: position_cm.map(|cm| cm / 100.0),

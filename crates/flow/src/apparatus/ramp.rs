@@ -1,9 +1,8 @@
 //! Ramps: runs of the rig in which the power changes, and pings are taken before the flow has settled.
 
-use super::point::OperatingPoint;
-use crate::error::RigError;
-use crate::files::{read_text, write_through};
-use crate::problem::Problem;
+use super::point::TubePoint;
+use rijke_rig::files::{read_text, write_through};
+use rijke_rig::{Problem, RigError};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
@@ -58,7 +57,7 @@ impl Ramp {
     /// As [`Ramp::read`].
     pub fn read_within<'a>(
         folder: &Path,
-        points: impl Iterator<Item = &'a OperatingPoint>,
+        points: impl Iterator<Item = &'a TubePoint>,
     ) -> Result<Vec<Self>, RigError> {
         let path = folder.join(Self::FILE);
         if path.is_file() { Self::read(&path, &points.collect::<Vec<_>>()) } else { Ok(Vec::new()) }
@@ -69,7 +68,7 @@ impl Ramp {
     ///
     /// # Errors
     /// The file, the line and the remedy.
-    pub fn read(path: &Path, points: &[&OperatingPoint]) -> Result<Vec<Self>, RigError> {
+    pub fn read(path: &Path, points: &[&TubePoint]) -> Result<Vec<Self>, RigError> {
         let text = read_text(path)?;
         let wrong = |line: u64, message: String| RigError::Syntax {
             path: path.to_owned(),
@@ -83,7 +82,7 @@ impl Ramp {
             .comment(Some(b'#'))
             .from_reader(text.strip_prefix('\u{feff}').unwrap_or(&text).as_bytes());
         let header = reader.headers().map_err(syntax)?.clone();
-        let (mut ramps, mut first): (Vec<Self>, Vec<Option<&OperatingPoint>>) = (Vec::new(), Vec::new());
+        let (mut ramps, mut first): (Vec<Self>, Vec<Option<&TubePoint>>) = (Vec::new(), Vec::new());
         for record in reader.records() {
             let record = record.map_err(syntax)?;
             let line = record.position().map_or(1, csv::Position::line);
@@ -176,7 +175,7 @@ impl Ramp {
 }
 
 /// Why `point` cannot have been measured at `power` in the run in which `first` was.
-fn unlike(point: &OperatingPoint, first: Option<&OperatingPoint>, power: f64) -> Option<String> {
+fn unlike(point: &TubePoint, first: Option<&TubePoint>, power: f64) -> Option<String> {
     let id = &point.id;
     if !point.plates || point.position.is_none() {
         return Some(format!(
