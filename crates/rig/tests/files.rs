@@ -211,6 +211,9 @@ fn exact_messages_of_a_bad_manifest() {
             "each microphone once",
         ),
         ("temperature_k = 293", "temperature_k = 20", "20 K is outside 150 to 500 K", "give SI units"),
+        ("to = 0.333", "to = 3.333", "point `C3-05`: way.stretches[0].to: 3.33", "give SI units"),
+        ("wetted_per_m = 63", "wetted_per_m = -63", "wetted_per_m: -63.25 1/m is outside", "give SI units"),
+        ("excess_sd", "excess_ds", "unknown field `excess_ds`", "expected one of `from`"),
         ("full_scale_pa = 20", "full_scale_pa = 0", "full_scale_pa: 0 Pa is outside", "give SI units"),
     ] {
         assert!(good.contains(old), "{old} in {good}");

@@ -70,12 +70,8 @@ fn exact_messages_of_tables_prepared_by_hand() {
         "-6.21,1041.7,0",
         "line 2, column `sd_growth_rate_per_s`: `0` is not a positive",
     );
-    refused(
-        "points.csv",
-        "temperature_K",
-        "temperature",
-        "column 7 is `ambient_temperature`, expected `ambient_temperature_K`",
-    );
+    let lacking = "line 1: there is no column `ambient_temperature_K`; the file has `point`";
+    refused("points.csv", "ambient_temperature_K", "ambient_temperature [K]", lacking);
     // A column that is not known is a factor with its unit, or refused.
     let unknown = "is no column of this table; a factor has its unit in the heading";
     refused("points.csv", "Q_h [W]", "power_W", &format!("line 1, column `power_W`: {unknown}"));

@@ -6,9 +6,9 @@ use crate::{
     staging::StagedFolder,
     ui::Ui,
 };
-use rijke_flow::{TubeCampaign, TubePoint, TubeRig};
+use rijke_flow::{POSITION, POWER, TubeCampaign, TubePoint, TubeRig};
 use rijke_lab::{Truth, VirtualRig};
-use rijke_rig::{RecordSource, RigError};
+use rijke_rig::{Problem, RecordSource, RigError};
 use rijke_study::Campaign;
 use serde_json::json;
 use std::path::{Path, PathBuf};
@@ -62,6 +62,11 @@ impl Laboratory {
         let rig =
             self.rig.as_deref().map_or(Ok(TubeRig::juniper_yoko_2022()), TubeRig::read).or_bad_input()?;
         let campaign = self.campaign.as_deref().map_or(Ok(TubeCampaign::juniper_yoko_2022()), campaign)?;
+        let path = self.campaign.as_deref().unwrap_or(Path::new("campaign"));
+        for point in &campaign.points {
+            rig.point(&point.into())
+                .map_err(|(place, problem)| Failure::of_input(&RigError::invalid(path, place, problem)))?;
+        }
         let truth = self.truth.as_deref().map_or(Ok(Truth::standard()), Truth::read).or_bad_input()?;
         let seed = self.seed.unwrap_or(1);
         VirtualRig::new(&rig, &campaign, &truth, &self.rows, self.repeats, seed).or_bad_input()
@@ -84,6 +89,11 @@ fn campaign(path: &Path) -> Result<TubeCampaign, Failure> {
         return TubeCampaign::read(path).or_bad_input();
     }
     let campaign = Campaign::read(path).or_bad_input()?;
+    if let Some(name) = [POSITION, POWER].into_iter().find(|name| campaign.factor(name).is_none()) {
+        let known = campaign.factors.iter().map(|f| f.name.clone()).collect();
+        let problem = Problem::NoSuchHeading { name: name.into(), known };
+        return Err(Failure::of_input(&RigError::invalid(path, "factors of the heated tube", problem)));
+    }
     let points = campaign.operating_points();
     let points = points.iter().map(|point| {
         TubePoint::of(point)

@@ -212,6 +212,7 @@ mod tests {
     use super::*;
     use crate::base::BaseError;
     use crate::rig::GasModel;
+    use crate::source::Source;
 
     fn state(mass_flow: f64, kelvin: f64) -> PointState {
         let error = |cause: &str, mass_flow: f64, kelvin: f64| BaseError {
@@ -246,5 +247,39 @@ mod tests {
         assert!(refused(state(1e-3, 5.0)), "another error");
         assert!(refused(PointState { errors: Vec::new(), ..state(1e-3, 4.0) }), "another list of causes");
         assert!(signs(&known, &States::new()).is_none());
+    }
+
+    #[test]
+    fn exact_a_planned_point_is_like_the_nearest_that_differs_in_place_and_power_alone() {
+        let text = "point,x [mm],Q [W],load\na,200,60,1\nb,400,60,1\nc,250,90,1\nd,250,90,2\n";
+        let source = |text: &str| Source { file: "campaign.csv".into(), text: text.to_owned() };
+        let campaign = Campaign::parse(&source(text)).unwrap();
+        let day = Day { id: "one".into(), ambient_temperature: 293.0, ambient_temperature_sd: 0.1 };
+        let all = campaign.operating_points();
+        let rig = include_str!("../../rig/data/rig.toml");
+        let mut observations = Observations {
+            rig: rijke_rig::Apparatus::parse(rig, std::path::Path::new("rig.toml")).unwrap(),
+            kind: rijke_rig::DataKind::Measured,
+            source: String::new(),
+            points: all[..2].iter().map(|p| PointObservations::unmeasured(p.clone(), day.clone())).collect(),
+            rejections: Vec::new(),
+            channels: None,
+        };
+        let [c, d] = [&campaign.points[2], &campaign.points[3]];
+        let asked = campaign.unmeasured(&[c], &observations, "x", "Q").unwrap();
+        assert_eq!((asked.len(), &asked[0].point), (1, &all[2]));
+        let said = |points: &[&Point], observations: &Observations, power: &str| {
+            campaign.unmeasured(points, observations, "x", power).unwrap_err().to_string()
+        };
+        let like = said(&[d], &observations, "Q");
+        assert!(
+            like.starts_with("d: the flow is foreseen at other x and Q") && like.contains("`load`"),
+            "{like}"
+        );
+        let name = said(&[c], &observations, "Q_h");
+        assert!(name.starts_with("campaign.csv has no factor `Q_h`"), "{name}");
+        observations.points[0].point.factors.get_mut("Q").unwrap().value = 61.0;
+        let other = said(&[c], &observations, "Q");
+        assert!(other.contains("as campaign.csv says; to foresee the flow elsewhere"), "{other}");
     }
 }

@@ -71,10 +71,9 @@ pub(crate) fn by_name<'a>(
     let found: Vec<String> = first.split(',').map(|cell| cell.trim().to_owned()).collect();
     let default = |name: &str| MAY_BE_MISSING.iter().find(|(n, _)| *n == name).map(|(_, value)| *value);
     let mut rows = read_csv(path, &[])?;
-    let missing = |(_, name): &(usize, &String)| !found.contains(name) && default(name).is_none();
-    if let Some((k, need)) = names.iter().enumerate().find(missing) {
-        let have = found.get(k).cloned().unwrap_or_default();
-        let problem = Problem::BadHeader { column: k + 1, have, need: need.clone() };
+    let missing = |name: &&String| !found.contains(name) && default(name).is_none();
+    if let Some(name) = names.iter().find(missing) {
+        let problem = Problem::NoSuchHeading { name: name.clone(), known: found };
         return Err(RigError::invalid(path, "line 1", problem));
     }
     let mut others = Vec::new();

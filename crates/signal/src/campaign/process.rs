@@ -28,7 +28,7 @@ use std::collections::BTreeSet;
 /// A bad record is listed among the rejections with its reason. Means are made before channel delays are
 /// removed, so that the calibration's error, which all repeats share, enters the covariance of a mean once
 /// and undiminished. So do, for arrival times, the shift of the setting that the rig declares
-/// ([`rijke_rig::Recording`]) and what is not known of the its surface: both are common to all records of one
+/// ([`rijke_rig::Recording`]) and what is not known of the `way`: both are common to all records of one
 /// setting, and differences within it are better than the covariance says. How much repeats scatter is learnt
 /// from all points together ([`pool`]).
 ///

@@ -16,7 +16,7 @@ fn ranked(folder: &Path, numbers: Option<&str>) {
     }
 }
 
-pub(super) const CASES: [Case; 31] = [
+pub(super) const CASES: [Case; 33] = [
     case(
         "results that do not exist",
         |d| ranked(d, None),
@@ -173,6 +173,18 @@ pub(super) const CASES: [Case; 31] = [
         |_| (),
         "lab --rig rig.toml --out records",
         ["rig.toml", "cannot be read", "check the name"],
+    ),
+    case(
+        "campaign of another rig in the laboratory",
+        |d| fs::write(d.join("campaign.csv"), "point,x_g [mm],Q [W]\na,120,0\n").unwrap(),
+        "lab --campaign campaign.csv --out records",
+        ["campaign.csv: factors of the heated tube", "no column `X_h`", "`x_g`, `Q`"],
+    ),
+    case(
+        "place in the laboratory that lies outside its tube",
+        |d| fs::write(d.join("campaign.csv"), "point,X_h [mm],Q_h [W]\na,1200,0\n").unwrap(),
+        "lab --campaign campaign.csv --out records",
+        ["campaign.csv: point `a`", "x = 1.2 m is outside the tube (0 to 1 m)", "from the bottom"],
     ),
     case(
         "truth that is none",
