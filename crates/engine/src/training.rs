@@ -14,6 +14,7 @@ use rijke_inference::{
     Parameter, Parameters, Posterior, Stop, Verdict,
 };
 use rijke_numerics::{Matrix, Order};
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 /// A trained model.
@@ -28,6 +29,8 @@ pub struct Trained {
     pub(crate) common: Option<Common>,
     /// What was learnt of the errors of assemblies that later stages have points of.
     pub(crate) learned: Learned,
+    /// Likewise of causes of error.
+    pub(crate) causes: Learned,
     /// Their most probable values.
     pub values: Vec<f64>,
     /// Their covariance, wider where few data chose the noise ([`rijke_inference::Few`]).
@@ -81,7 +84,7 @@ pub fn train(
     } else {
         None
     };
-    let parameters = parameters(assembly, &[], channels.as_ref(), training)?;
+    let parameters = parameters(assembly, &[], &[], channels.as_ref(), training)?;
     if let Some(channels) = &channels {
         observed.iter().zip(&mut used).for_each(|(o, u)| channels.take_from(o, u));
     }
@@ -102,7 +105,9 @@ pub fn train(
     let law = law.map(|error| LawErrors::of(assembly, error)).transpose()?.flatten();
     let law = law.filter(|_| !observed.is_empty());
     let of_factors = observed.iter().any(|o| !o.conditions.displaced.is_empty());
-    let of_states = training.base_errors;
+    // What earlier stages know of the causes of later ones goes through.
+    let passes = training.causes.iter().any(|cause| training.knows(cause));
+    let of_states = training.base_errors || passes;
     if !of_states && !of_factors && law.is_none() && !any_varies(assembly, training) {
         return fit.finish(&data, order, search, observed.len());
     }
@@ -130,12 +135,12 @@ pub fn train(
             None => errors,
         };
         let errors = errors.and(BaseErrors::of_factors(assembly, observed, used, values)?);
-        let (common, errors) = Common::of(errors, observed, used)?;
+        let (common, errors) = Common::of(errors, observed, used, training)?;
         let alone = !training.base_errors && errors.is_none();
         let (data, order) = if alone { blocks.apart() } else { blocks.together(&errors) }?;
         let shared = [common.parameters(), assemblies.parameters()].concat();
         let slopes = assemblies.behind(common.slopes());
-        let parameters = self::parameters(assembly, &shared, channels.as_ref(), training)?;
+        let parameters = self::parameters(assembly, &shared, &common.known(), channels.as_ref(), training)?;
         let carried = Carried { inner: &predictor, own, slopes: &slopes };
         let through = Heard::new(&carried, own + shared.len(), channels.as_ref(), observed, used);
         let start = [values, &vec![0.0; shared.len()], of_channels].concat();
@@ -145,7 +150,9 @@ pub fn train(
         let trained = fitting.finish(&data, order, options, observed.len())?;
         let Trained { linear, noise, parameters, values, .. } = &trained;
         let learned = assemblies.learned(linear, noise, parameters, values);
-        Ok::<_, EngineError>(Trained { learned, ..trained })
+        let trained = Trained { learned, ..trained };
+        let causes = common.learned(&training.causes, own, &trained.gaussian());
+        Ok::<_, EngineError>(Trained { causes, ..trained })
     };
     let trained = with_errors(&rough.parameters)?;
     // Other starts may have found a maximum that the fit without errors missed: then their effect is taken
@@ -162,10 +169,11 @@ pub fn train(
 }
 
 /// The parameters of the model, those of the base states that all installations share, and those of the
-/// channels, with what earlier stages know.
+/// channels, with what earlier stages know; `renamed` are causes of error, as they are called there and here.
 fn parameters(
     assembly: &Assembly,
     common: &[Parameter],
+    renamed: &[[String; 2]],
     channels: Option<&Channels>,
     training: &Training,
 ) -> Result<Parameters, EngineError> {
@@ -180,11 +188,19 @@ fn parameters(
     let assemblies = assemblies.filter(|p| p.name.contains(OF_INSTALLATION));
     let shared = shared.chain(assemblies);
     let handed_on: Vec<&str> = assembly.parameters().iter().chain(shared).map(|p| p.name.as_str()).collect();
+    let mut renamed: BTreeMap<&str, &str> =
+        renamed.iter().map(|[there, here]| (there.as_str(), here.as_str())).collect();
     for known in &training.known {
-        let keep: Vec<usize> =
-            (0..known.names.len()).filter(|&k| handed_on.contains(&known.names[k].as_str())).collect();
+        // A cause of which two of them tell is that of the first.
+        let here = |name: &'_ String| match handed_on.iter().find(|n| *n == name) {
+            Some(own) => Some(*own),
+            None => renamed.remove(name.as_str()),
+        };
+        let (keep, names): (Vec<usize>, Vec<&str>) = {
+            let here = known.names.iter().map(here);
+            here.enumerate().filter_map(|(k, name)| Some((k, name?))).unzip()
+        };
         if !keep.is_empty() {
-            let names: Vec<&str> = keep.iter().map(|&k| known.names[k].as_str()).collect();
             let mean: Vec<f64> = keep.iter().map(|&k| known.mean[k]).collect();
             parameters = parameters.with_physical_joint(&names, &mean, &known.covariance.select(&keep))?;
         }
@@ -255,6 +271,7 @@ impl Fitting<'_> {
             own: self.assembly.parameters().len(),
             common: self.common.cloned(),
             learned: Learned::default(),
+            causes: Learned::default(),
             values: fit.parameters,
             covariance,
             noise: noise.into_iter().chain(self.training.noise.of_the_law()).collect(),
@@ -275,7 +292,7 @@ impl Trained {
     pub fn gaussian(&self) -> NamedGaussian {
         let names = self.parameters.iter().map(|p| p.name.clone()).collect();
         let own = NamedGaussian { names, mean: self.values.clone(), covariance: self.covariance.clone() };
-        self.learned.beside(own)
+        self.causes.beside(self.learned.beside(own))
     }
 
     /// Whether the most probable values lie far from these of the model's parameters.

@@ -15,5 +15,4 @@ pub(crate) use base::{BaseErrors, Changes, changes};
 pub(crate) use channels::{Channels, Heard};
 pub(crate) use common::{Carried, Common};
 pub(crate) use law::LawErrors;
-pub(crate) use principal::STEP;
 pub(crate) use varying::{Scatter, any_varies};
