@@ -1,9 +1,11 @@
 //! What a training starts from.
 
+use crate::errors::handed_on;
 use crate::noise::Noise;
 use rijke_inference::{AssessOptions, MapOptions};
 use rijke_numerics::Matrix;
 use rijke_rig::ChannelErrors;
+use rijke_study::Cause;
 
 /// What earlier data say of some parameters: a joint Gaussian, the posterior of one stage and the prior of
 /// the next.
@@ -37,7 +39,17 @@ pub struct Training {
     pub base_errors: bool,
     /// Assemblies of the rig of which later stages have points too: what is learnt of their errors goes on.
     pub assemblies: Vec<String>,
+    /// Causes of error of which later stages have points too: what is learnt of them goes on.
+    pub causes: Vec<Cause>,
     /// Whether and how the evidence is checked: other starts, importance sampling, doubled priors. Costs some
     /// hundred calls of the model.
     pub checks: Option<AssessOptions>,
+}
+
+impl Training {
+    /// Whether earlier stages tell of a cause of error.
+    pub(crate) fn knows(&self, cause: &Cause) -> bool {
+        let name = handed_on(cause);
+        self.known.iter().any(|known| known.names.contains(&name))
+    }
 }

@@ -8,12 +8,14 @@ use crate::errors::{
 use crate::gaussian::{NamedGaussian, Training};
 use crate::observed::{Observed, Used};
 use crate::predictor::{Predictor, Reordered};
-use crate::{Assembly, EngineError};
+use crate::{Assembly, EngineError, Misfit};
 use rijke_inference::{
     AssessOptions, Calls, Data, Evidence, Fit, Forward, Laplace, Linearised, MapOptions, NoiseEstimate,
     Parameter, Parameters, Posterior, Stop, Verdict,
 };
 use rijke_numerics::{Matrix, Order};
+use rijke_study::Cause;
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 /// A trained model.
@@ -28,6 +30,8 @@ pub struct Trained {
     pub(crate) common: Option<Common>,
     /// What was learnt of the errors of assemblies that later stages have points of.
     pub(crate) learned: Learned,
+    /// Likewise of causes of error.
+    pub(crate) causes: Learned,
     /// Their most probable values.
     pub values: Vec<f64>,
     /// Their covariance, wider where few data chose the noise ([`rijke_inference::Few`]).
@@ -61,6 +65,11 @@ const ELSEWHERE: f64 = 10.0;
 /// It has missed one if that search ends more nats lower than this.
 const BETTER: f64 = 1.0;
 
+/// Slopes along errors are taken anew where they move a number by more of its standard deviations than this.
+const SETTLED: f64 = 0.2;
+/// So often at most.
+const AGAIN: usize = 2;
+
 /// Finds the most probable parameters of `assembly`, their covariance and the evidence.
 ///
 /// # Errors
@@ -81,7 +90,7 @@ pub fn train(
     } else {
         None
     };
-    let parameters = parameters(assembly, &[], channels.as_ref(), training)?;
+    let parameters = parameters(assembly, &[], &[], channels.as_ref(), training)?;
     if let Some(channels) = &channels {
         observed.iter().zip(&mut used).for_each(|(o, u)| channels.take_from(o, u));
     }
@@ -102,7 +111,9 @@ pub fn train(
     let law = law.map(|error| LawErrors::of(assembly, error)).transpose()?.flatten();
     let law = law.filter(|_| !observed.is_empty());
     let of_factors = observed.iter().any(|o| !o.conditions.displaced.is_empty());
-    let of_states = training.base_errors;
+    // What earlier stages know of the causes of later ones goes through.
+    let passes = training.causes.iter().any(|cause| training.knows(cause));
+    let of_states = training.base_errors || passes;
     if !of_states && !of_factors && law.is_none() && !any_varies(assembly, training) {
         return fit.finish(&data, order, search, observed.len());
     }
@@ -118,9 +129,7 @@ pub fn train(
         let (data, order) = blocks.apart()?;
         return fit.finish(&data, order, training.search.clone().from(&rough.parameters), observed.len());
     }
-    // The effect of the errors is taken at `at`, parameters of the model and then of the channels.
-    let with_errors = |at: &[f64]| {
-        let (values, of_channels) = at.split_at(own);
+    let errors_at = |values: &[f64]| {
         let errors = match training.base_errors {
             true => BaseErrors::new(assembly, observed, used, values)?,
             false => BaseErrors::none(observed.len()),
@@ -129,13 +138,17 @@ pub fn train(
             Some(law) => errors.and(law.changes(observed, used, values)?),
             None => errors,
         };
-        let errors = errors.and(BaseErrors::of_factors(assembly, observed, used, values)?);
-        let (common, errors) = Common::of(errors, observed, used)?;
+        Ok::<_, EngineError>(errors.and(BaseErrors::of_factors(assembly, observed, used, values)?))
+    };
+    // From `at`, parameters of the model and then of the channels, with these effects of the errors.
+    let with_errors = |at: &[f64], errors: BaseErrors| {
+        let (values, of_channels) = at.split_at(own);
+        let (common, errors) = Common::of(errors, observed, used, training)?;
         let alone = !training.base_errors && errors.is_none();
         let (data, order) = if alone { blocks.apart() } else { blocks.together(&errors) }?;
         let shared = [common.parameters(), assemblies.parameters()].concat();
         let slopes = assemblies.behind(common.slopes());
-        let parameters = self::parameters(assembly, &shared, channels.as_ref(), training)?;
+        let parameters = self::parameters(assembly, &shared, &common.known(), channels.as_ref(), training)?;
         let carried = Carried { inner: &predictor, own, slopes: &slopes };
         let through = Heard::new(&carried, own + shared.len(), channels.as_ref(), observed, used);
         let start = [values, &vec![0.0; shared.len()], of_channels].concat();
@@ -145,27 +158,46 @@ pub fn train(
         let trained = fitting.finish(&data, order, options, observed.len())?;
         let Trained { linear, noise, parameters, values, .. } = &trained;
         let learned = assemblies.learned(linear, noise, parameters, values);
-        Ok::<_, EngineError>(Trained { learned, ..trained })
+        let trained = Trained { learned, ..trained };
+        let causes = common.learned(&training.causes, own, &trained.gaussian());
+        Ok::<_, EngineError>(Trained { causes, ..trained })
     };
-    let trained = with_errors(&rough.parameters)?;
+    let found_at = |trained: &Trained| {
+        let of_channels = &trained.values[trained.parameters.len() - (rough.parameters.len() - own)..];
+        [&trained.values[..own], of_channels].concat()
+    };
+    // The effects are slopes, taken where the search begins: where those at its end are others, once more.
+    let settled = |at: &[f64]| {
+        let mut errors = errors_at(&at[..own])?;
+        let mut trained = with_errors(at, errors.clone())?;
+        for _ in 0..AGAIN {
+            let there = errors_at(&trained.values[..own])?;
+            if trained.moved(&errors, &there, used) < SETTLED {
+                break;
+            }
+            trained = with_errors(&found_at(&trained), there.clone())?;
+            errors = there;
+        }
+        Ok::<_, EngineError>(trained)
+    };
+    let trained = settled(&rough.parameters)?;
     // Other starts may have found a maximum that the fit without errors missed: then their effect is taken
     // there.
     if training.checks.is_none() || !trained.lies_elsewhere(&rough.parameters[..own]) {
         return Ok(trained);
     }
-    let of_channels = &trained.values[trained.parameters.len() - (rough.parameters.len() - own)..];
-    let from = [&trained.values[..own], of_channels].concat();
-    match fit.search(&data, order, &training.search.clone().from(&from)) {
-        Ok(better) if better.cost < rough.cost - BETTER => with_errors(&better.parameters),
+    match fit.search(&data, order, &training.search.clone().from(&found_at(&trained))) {
+        Ok(better) if better.cost < rough.cost - BETTER => settled(&better.parameters),
         _ => Ok(trained),
     }
 }
 
 /// The parameters of the model, those of the base states that all installations share, and those of the
-/// channels, with what earlier stages know.
+/// channels, with what earlier stages know; `renamed` are causes of error, as they are called there and here.
 fn parameters(
     assembly: &Assembly,
     common: &[Parameter],
+    renamed: &[[String; 2]],
     channels: Option<&Channels>,
     training: &Training,
 ) -> Result<Parameters, EngineError> {
@@ -180,11 +212,19 @@ fn parameters(
     let assemblies = assemblies.filter(|p| p.name.contains(OF_INSTALLATION));
     let shared = shared.chain(assemblies);
     let handed_on: Vec<&str> = assembly.parameters().iter().chain(shared).map(|p| p.name.as_str()).collect();
+    let mut renamed: BTreeMap<&str, &str> =
+        renamed.iter().map(|[there, here]| (there.as_str(), here.as_str())).collect();
     for known in &training.known {
-        let keep: Vec<usize> =
-            (0..known.names.len()).filter(|&k| handed_on.contains(&known.names[k].as_str())).collect();
+        // A cause of which two of them tell is that of the first.
+        let here = |name: &'_ String| match handed_on.iter().find(|n| *n == name) {
+            Some(own) => Some(*own),
+            None => renamed.remove(name.as_str()),
+        };
+        let (keep, names): (Vec<usize>, Vec<&str>) = {
+            let here = known.names.iter().map(here);
+            here.enumerate().filter_map(|(k, name)| Some((k, name?))).unzip()
+        };
         if !keep.is_empty() {
-            let names: Vec<&str> = keep.iter().map(|&k| known.names[k].as_str()).collect();
             let mean: Vec<f64> = keep.iter().map(|&k| known.mean[k]).collect();
             parameters = parameters.with_physical_joint(&names, &mean, &known.covariance.select(&keep))?;
         }
@@ -255,6 +295,7 @@ impl Fitting<'_> {
             own: self.assembly.parameters().len(),
             common: self.common.cloned(),
             learned: Learned::default(),
+            causes: Learned::default(),
             values: fit.parameters,
             covariance,
             noise: noise.into_iter().chain(self.training.noise.of_the_law()).collect(),
@@ -275,7 +316,24 @@ impl Trained {
     pub fn gaussian(&self) -> NamedGaussian {
         let names = self.parameters.iter().map(|p| p.name.clone()).collect();
         let own = NamedGaussian { names, mean: self.values.clone(), covariance: self.covariance.clone() };
-        self.learned.beside(own)
+        self.causes.beside(self.learned.beside(own))
+    }
+
+    /// By how much a number moves at most, in standard deviations of its measurement and its noise, if the
+    /// errors that were inferred have the effects `there` in place of `here`.
+    fn moved(&self, here: &BaseErrors, there: &BaseErrors, used: &[Used]) -> f64 {
+        let Some(common) = &self.common else { return 0.0 };
+        let (known, noise) = (self.gaussian(), Misfit::of(&self.noise).measured);
+        let mean = |cause: &Cause| common.mean(cause, &known);
+        let [here, there] = [here, there].map(|errors| errors.change(&mean));
+        let most = |((u, here), there): ((&Used, &Vec<f64>), &Vec<f64>)| {
+            let rows = u.rows.iter().enumerate().filter(|(_, row)| **row < here.len().min(there.len()));
+            let one = |(k, &row): (usize, &usize)| {
+                (there[row] - here[row]).abs() / u.covariance[(k, k)].sqrt().hypot(noise[row.min(2)])
+            };
+            rows.map(one).fold(0.0, f64::max)
+        };
+        used.iter().zip(&here).zip(&there).map(most).fold(0.0, f64::max)
     }
 
     /// Whether the most probable values lie far from these of the model's parameters.

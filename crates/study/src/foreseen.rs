@@ -231,6 +231,7 @@ mod tests {
             temperature: vec![300.0, 400.0],
             kinks: Vec::new(),
             errors: vec![error("a", 1e-5, kelvin), error("b", 2e-5, -1.0)],
+            moved: Vec::new(),
         }
     }
 

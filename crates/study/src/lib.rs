@@ -25,7 +25,7 @@ mod rig;
 mod source;
 mod states;
 
-pub use base::{BaseError, Cause, GasStretch, PointState, Sharing};
+pub use base::{BaseError, Cause, GasStretch, PointState, STEP, Sharing};
 pub use campaign::{Campaign, Factor, Point, SURROUNDINGS};
 pub use catalogue::Catalogue;
 pub use claims::{ClaimNumber, Claims, Statement, Take};

@@ -114,6 +114,7 @@ impl StateRecord {
             places: self.places,
             temperature: self.temperature,
             kinks: self.kinks,
+            moved: Vec::new(),
         };
         state.checked(id)
     }

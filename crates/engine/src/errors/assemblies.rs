@@ -38,7 +38,7 @@ pub(crate) struct Assemblies {
     wanted: Vec<Effect>,
 }
 
-/// What a training found of errors of assemblies, beside its parameters.
+/// What a training found of errors of assemblies, or of causes, beside its parameters.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Learned {
     pub(crate) names: Vec<String>,

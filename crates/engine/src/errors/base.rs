@@ -1,13 +1,13 @@
 //! What errors of the base states do to predictions: a systematic covariance that operating points share.
 
-use super::principal::{Principal, STEP};
+use super::principal::Principal;
 use crate::observed::{Observed, Used};
 use crate::point::parts;
 use crate::{Assembly, Conditions, EngineError, PointModel};
 use rayon::prelude::*;
 use rijke_network::Workspace;
 use rijke_numerics::{C64, Matrix, Order};
-use rijke_study::{Cause, PointState};
+use rijke_study::{Cause, PointState, STEP};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -62,6 +62,19 @@ impl BaseErrors {
         Self { points: vec![Vec::new(); points] }
     }
 
+    /// The change of the prediction of every point by causes of these sizes, in their standard deviations.
+    pub(crate) fn change(&self, size: &dyn Fn(&Cause) -> f64) -> Vec<Vec<f64>> {
+        let of = |list: &Changes| {
+            let mut sum = vec![0.0; list.first().map_or(0, |(_, change)| change.len())];
+            for (cause, change) in list {
+                let size = size(cause);
+                sum.iter_mut().zip(change).for_each(|(s, c)| *s += size * c);
+            }
+            sum
+        };
+        self.points.iter().map(of).collect()
+    }
+
     /// Whether there is no error at any point.
     pub(crate) fn is_none(&self) -> bool {
         self.points.iter().all(Vec::is_empty)
@@ -73,12 +86,14 @@ impl BaseErrors {
         self
     }
 
-    /// The causes that points of different installations share (`same` tells whether two are of one), what
-    /// each does to all numbers, point after point, `sizes` of each; and the errors without them.
+    /// The causes that points of different installations share (`same` tells whether two are of one), and those
+    /// that go on from stage to stage; what each does to all numbers, point after point, `sizes` of each; and
+    /// the errors without them.
     pub(crate) fn apart(
         self,
         sizes: &[usize],
         same: impl Fn(usize, usize) -> bool,
+        goes_on: impl Fn(&Cause) -> bool,
     ) -> (Vec<Cause>, Vec<Vec<f64>>, Self) {
         let mut first: BTreeMap<&Cause, (usize, bool)> = BTreeMap::new();
         for (p, list) in self.points.iter().enumerate() {
@@ -87,8 +102,8 @@ impl BaseErrors {
                 *apart |= !same(*other, p);
             }
         }
-        let causes: Vec<Cause> =
-            first.iter().filter(|(_, (_, apart))| *apart).map(|(cause, _)| (*cause).clone()).collect();
+        let shared = |(cause, (_, apart)): &(&&Cause, &(usize, bool))| *apart || goes_on(cause);
+        let causes: Vec<Cause> = first.iter().filter(shared).map(|(cause, _)| (*cause).clone()).collect();
         let mut columns = vec![vec![0.0; sizes.iter().sum()]; causes.len()];
         let mut rest = Self { points: vec![Vec::new(); self.points.len()] };
         let mut offset = 0;

@@ -1,6 +1,7 @@
 //! Errors of the base states that several installations of the rig share, as parameters beside the model's.
 
-use super::{BaseErrors, Changes};
+use super::{BaseErrors, Changes, Learned};
+use crate::gaussian::Training;
 use crate::observed::{Observed, Used, same_installation};
 use crate::{EngineError, NamedGaussian};
 use rijke_inference::{Forward, ForwardError, Parameter, Prediction, Prior};
@@ -13,12 +14,18 @@ use rijke_study::Cause;
 /// They act on the pressures and the eigenvalues of all points at once. As a covariance they would join all
 /// numbers into one block; taken as noise of each point, they would seem to vanish in the mean over points.
 /// As parameters with a prior of 0 +- 1, in which the prediction is linear, they do neither, and what the
-/// sound says of the flow is not lost.
+/// sound says of the flow is not lost. A cause of which later stages have points too is one of them, whoever
+/// shares it here; what is learnt of it goes on ([`Common::learned`]), and there it is a parameter again, with
+/// that for its prior.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Common {
-    /// The causes that more than one installation names.
+    /// The causes: those of which earlier stages tell, then those that more than one installation names, or a
+    /// later stage.
     causes: Vec<Cause>,
-    /// For each cause its shares in the directions, orthonormal columns, the most important first.
+    /// How many of them earlier stages tell of: each of these is a direction of its own.
+    known: usize,
+    /// For each cause its shares in the directions, orthonormal columns: those that are known, then the
+    /// others, the most important first.
     shares: Matrix,
     /// The change of each number of each point, point after point, per direction.
     slopes: Matrix,
@@ -43,10 +50,25 @@ impl Common {
         errors: BaseErrors,
         observed: &[Observed],
         used: &[Used],
+        training: &Training,
     ) -> Result<(Self, BaseErrors), EngineError> {
         let same = |a: usize, b: usize| same_installation(&observed[a], &observed[b]);
         let sizes: Vec<usize> = used.iter().map(Used::size).collect();
-        let (causes, columns, rest) = errors.apart(&sizes, same);
+        let rows: usize = sizes.iter().sum();
+        let goes_on = |cause: &Cause| training.causes.contains(cause) || training.knows(cause);
+        let (mut causes, mut columns, rest) = errors.apart(&sizes, same, goes_on);
+        // One that does nothing here is handed on with what the parameters, which are tied to it, learn.
+        for cause in &training.causes {
+            if training.knows(cause) && !causes.contains(cause) {
+                causes.push(cause.clone());
+                columns.push(vec![0.0; rows]);
+            }
+        }
+        let mut both: Vec<(Cause, Vec<f64>)> = causes.into_iter().zip(columns).collect();
+        both.sort_by_key(|(cause, _)| !training.knows(cause));
+        let (causes, columns): (Vec<Cause>, Vec<Vec<f64>>) = both.into_iter().unzip();
+        let known = causes.iter().filter(|cause| training.knows(cause)).count();
+        let others = &columns[known..];
         // Numbers that were not measured have no weight.
         let weigh = |u: &Used| {
             let mut weights = vec![0.0; u.size()];
@@ -57,18 +79,55 @@ impl Common {
             weights
         };
         let weights: Vec<f64> = used.iter().flat_map(weigh).collect();
-        let rows = weights.len();
-        let gram = Matrix::from_fn(causes.len(), causes.len(), |i, j| {
-            let pairs = columns[i].iter().zip(&columns[j]).zip(&weights);
+        let gram = Matrix::from_fn(others.len(), others.len(), |i, j| {
+            let pairs = others[i].iter().zip(&others[j]).zip(&weights);
             pairs.map(|((a, b), w)| a * b * w * w).sum()
         });
         let mut kept = principal_directions(&gram)?;
         kept.retain(|(value, _)| *value > NEGLIGIBLE);
-        let shares = Matrix::from_fn(causes.len(), kept.len(), |j, k| kept[k].1[j]);
-        let slopes = Matrix::from_fn(rows, kept.len(), |row, k| {
+        let share = |j: usize, k: usize| match (j.checked_sub(known), k.checked_sub(known)) {
+            (Some(j), Some(k)) => kept[k].1[j],
+            (None, None) => f64::from(u8::from(j == k)),
+            _ => 0.0,
+        };
+        let shares = Matrix::from_fn(causes.len(), known + kept.len(), share);
+        let slopes = Matrix::from_fn(rows, shares.columns(), |row, k| {
             (0..causes.len()).map(|j| shares[(j, k)] * columns[j][row]).sum()
         });
-        Ok((Self { causes, shares, slopes }, rest))
+        Ok((Self { causes, known, shares, slopes }, rest))
+    }
+
+    /// For each parameter of which earlier stages tell its name there and here.
+    pub(crate) fn known(&self) -> Vec<[String; 2]> {
+        (0..self.known).map(|k| [handed_on(&self.causes[k]), name(k)]).collect()
+    }
+
+    /// What a training with `own` parameters before these tells of the causes that later stages want, beside
+    /// all that it `found`.
+    ///
+    /// With c the causes and b the directions, c = U b and what of c moves nothing here, of which its prior is
+    /// left: c has the mean U E b and the covariance U (cov b - 1) U' + 1.
+    pub(crate) fn learned(&self, wanted: &[Cause], own: usize, found: &NamedGaussian) -> Learned {
+        let places: Vec<usize> =
+            (0..self.causes.len()).filter(|&j| wanted.contains(&self.causes[j])).collect();
+        let columns = self.shares.columns();
+        let along = |j: usize, of: &dyn Fn(usize) -> f64| -> f64 {
+            (0..columns).map(|k| self.shares[(j, k)] * of(own + k)).sum()
+        };
+        let n = places.len();
+        Learned {
+            names: places.iter().map(|&j| handed_on(&self.causes[j])).collect(),
+            mean: places.iter().map(|&j| along(j, &|k| found.mean[k])).collect(),
+            covariance: Matrix::from_fn(n, n, |a, b| {
+                let (i, j) = (places[a], places[b]);
+                let told = along(i, &|k| along(j, &|l| found.covariance[(k, l)]));
+                let prior: f64 = (0..columns).map(|k| self.shares[(i, k)] * self.shares[(j, k)]).sum();
+                told + f64::from(u8::from(i == j)) - prior
+            }),
+            with_parameters: Matrix::from_fn(n, found.mean.len(), |a, i| {
+                along(places[a], &|k| found.covariance[(k, i)])
+            }),
+        }
     }
 
     pub(crate) fn parameters(&self) -> Vec<Parameter> {
@@ -123,7 +182,7 @@ impl Common {
         let columns = all.first().map_or(0, |(_, shares)| shares.len());
         let shares = Matrix::from_fn(all.len(), columns, |j, k| all[j].1[k]);
         let causes = all.iter().map(|(cause, _)| cause.clone()).collect();
-        Self { causes, shares, slopes: Matrix::default() }
+        Self { causes, known: 0, shares, slopes: Matrix::default() }
     }
 
     pub(crate) fn has(&self, cause: &Cause) -> bool {
@@ -134,6 +193,11 @@ impl Common {
     pub(crate) fn slopes(&self) -> &Matrix {
         &self.slopes
     }
+}
+
+/// As a cause is called from stage to stage.
+pub(crate) fn handed_on(cause: &Cause) -> String {
+    format!("error of the cause {cause:?}")
 }
 
 /// No parameter of a formula has such a name.
@@ -203,7 +267,12 @@ mod tests {
     fn common() -> Common {
         let slopes = [[0.3, 0.1], [-0.2, 0.2], [0.4, 0.0], [0.1, -0.3], [0.2, 0.2], [-0.1, 0.4]];
         let causes = ["one", "two"].map(|c| Cause::Inferred(c.to_owned())).to_vec();
-        Common { causes, shares: Matrix::identity(2), slopes: Matrix::from_fn(6, 2, |i, j| slopes[i][j]) }
+        Common {
+            causes,
+            known: 0,
+            shares: Matrix::identity(2),
+            slopes: Matrix::from_fn(6, 2, |i, j| slopes[i][j]),
+        }
     }
 
     fn posterior_of(

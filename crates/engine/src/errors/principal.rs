@@ -5,11 +5,7 @@
 
 use crate::EngineError;
 use rijke_numerics::{Matrix, principal_directions};
-use rijke_study::{Cause, PointState};
-
-/// Share of a standard deviation by which states are displaced: a slope, to a tenth of a per cent of its
-/// change over the error.
-pub(crate) const STEP: f64 = 0.02;
+use rijke_study::{Cause, PointState, STEP};
 
 /// Share of the variance of the state, in units of its own errors, that may be left out.
 const NEGLIGIBLE: f64 = 1e-5;
@@ -95,6 +91,7 @@ fn moved(base: &PointState, times: f64, by: &[f64]) -> PointState {
         temperature: base.temperature.iter().zip(temperatures).map(|(t, d)| t + times * d).collect(),
         kinks: base.kinks.clone(),
         errors: Vec::new(),
+        moved: Vec::new(),
         ..*base
     }
 }

@@ -11,6 +11,7 @@ use super::record::{CarriedOn, CarriedStage, ModelRecord};
 use crate::EngineError;
 use crate::rows::{Choice, Row};
 use rayon::prelude::*;
+use rijke_study::Cause;
 use rijke_study::plan::{NoiseSpec, Plan, Stage};
 use std::collections::BTreeSet;
 
@@ -149,6 +150,23 @@ impl Run {
         }
         let theirs: BTreeSet<String> = plan.stages.iter().filter(counts).flat_map(points).collect();
         points(stage).intersection(&theirs).cloned().collect()
+    }
+
+    /// The causes of error of the points of stages that stand on a stage.
+    pub(super) fn causes(&self, stage: &Stage) -> Vec<Cause> {
+        let (plan, campaign) = (&self.study.plan, &self.study.campaign);
+        let later = standing_on(plan, &stage.id);
+        let mut causes: BTreeSet<&Cause> = BTreeSet::new();
+        for stage in plan.stages.iter().filter(|s| later.contains(&s.id)) {
+            let points = self.observed.iter().map(|o| &o.conditions);
+            for conditions in points.filter(|c| stage.points.holds(campaign, &c.point)) {
+                causes.extend(conditions.displaced.iter().map(|(cause, _)| cause));
+                if stage.base_errors {
+                    causes.extend(conditions.base.errors.iter().map(|error| &error.cause));
+                }
+            }
+        }
+        causes.into_iter().cloned().collect()
     }
 }
 

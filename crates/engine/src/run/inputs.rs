@@ -1,10 +1,9 @@
 //! Observations with the state of the gas under which each was made.
 
-use crate::errors::STEP;
 use crate::{Conditions, EngineError, Observed};
 use rijke_study::plan::{Base, HeatedFlow, Selection};
 use rijke_study::{
-    Cause, GasReading, HeatedFit, ObservedModes, Point, PointState, RigAtPoint, Study, StudyProblem,
+    Cause, GasReading, HeatedFit, ObservedModes, Point, PointState, RigAtPoint, STEP, Study, StudyProblem,
     heated_states, measured_states, read_readings, read_states,
 };
 use std::collections::BTreeMap;
@@ -154,7 +153,8 @@ pub(super) fn conditions_or_ambient(
         moved.factors[k] += STEP * sd;
         let (name, installation) = (factor.name.clone(), point.installation.clone());
         let cause = Cause::Factor { name, installation, level: value.to_string() };
-        Ok((cause, Arc::new(conditions_or_ambient(study, &moved, inferred, Some(ambient))?)))
+        let state = inferred.map(|s| s.moved.iter().find(|(factor, _)| *factor == k).map_or(s, |(_, s)| s));
+        Ok((cause, Arc::new(conditions_or_ambient(study, &moved, state, Some(ambient))?)))
     });
     let displaced = displaced.collect::<Result<Vec<_>, EngineError>>()?;
     Ok(Conditions { id: point.id.clone(), point: point.clone(), layout, base, displaced })

@@ -244,6 +244,7 @@ impl Run {
             search,
             base_errors: stage.base_errors,
             assemblies: self.assemblies(stage),
+            causes: self.causes(stage),
             checks,
         }
     }

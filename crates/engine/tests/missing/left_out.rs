@@ -38,6 +38,7 @@ fn oracle_points_foreseen_from_all_others_against_trainings_without_them() {
             search: MapOptions::default(),
             base_errors: false,
             assemblies: Vec::new(),
+            causes: Vec::new(),
             checks: None,
         };
         let evidence =

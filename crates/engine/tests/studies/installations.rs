@@ -154,3 +154,76 @@ fn oracle_an_assembly_of_two_stages_has_one_error() {
         assert!((sum - anew).abs() > 0.05, "{name}: {sum} {anew}");
     }
 }
+
+/// Three stages of a tube, whose length the temperature stands for, which was read once a day with an error:
+/// the first and the last have points of the same day. All at once and in a chain the same is known.
+#[test]
+fn oracle_the_day_of_two_stages_has_one_error_of_its_temperature() {
+    // Frequencies of a tube with two rigid ends: c/(2 l), c as the root of the temperature.
+    let points =
+        [("first", "a"), ("first", "a"), ("first", "b"), ("between", "c"), ("second", "a"), ("second", "a")];
+    let heard = [0.30, 0.31, -0.02, 0.12, 0.29, 0.33];
+    let (length_sd, kelvin_sd, sd) = (2e-3, 0.5, 0.02);
+    let hertz = sound_speed() / 1.6;
+    let row = |i: usize, last: &str| {
+        let day = if points[i].0 == "second" { last } else { points[i].1 };
+        format!("p{i},{},{day},293.15,{kelvin_sd}\n", points[i].0)
+    };
+    let modes = |i: usize| format!("p{i},{},{sd}\n", hertz + heard[i]);
+    let plan = |stages: &[(&str, &str, &str)]| {
+        let stage = |(id, on, rows): &(&str, &str, &str)| {
+            format!(
+                "[[stage]]\nid = \"{id}\"\npoints = {{ rows = {rows} }}\n{on}with = {{ tube = \"tube\" }}\nbase_errors = true\n\
+                 [stage.noise]\ngrowth_rate = 0.0\nangular_frequency = 0.0\n"
+            )
+        };
+        format!("name = \"t\"\nbase = \"ambient\"\n{}", stages.iter().map(stage).collect::<String>())
+    };
+    let of = |name: &str, plan: &str, last: &str| {
+        let candidate = format!(
+            "[[candidate]]\nid = \"tube\"\nrole = \"tube\"\nname = \"tube\"\ncite = [\"a test\"]\n\
+             parameters.l = {{ unit = \"m\", prior = {{ normal = {{ mean = 0.0, sd = {length_sd} }} }} }}\n\
+             [[candidate.effect]]\nacts_at = \"downstream\"\nreflection = \"exp(-2*s*l/c)\"\n"
+        );
+        let rig = "name = \"tube\"\n[gas]\ngas_constant = 287.0\n[upstream]\ntype = \"closed\"\n[downstream]\ntype = \"free\"\n\
+                   [[element]]\nname = \"tube\"\ntype = \"duct\"\nlength = 0.8\ndiameter = 0.05\nwall = \"none\"\n";
+        let campaign: String = (0..6).map(|i| row(i, last)).collect();
+        let modes: String = (0..6).map(modes).collect();
+        let folder = Folder::new(
+            name,
+            &[
+                ("rig.toml", rig),
+                ("campaign.csv", &format!("point,row,day,T_amb [K],T_amb_sd [K]\n{campaign}")),
+                ("candidates/tube.toml", &candidate),
+                ("study.toml", plan),
+                ("observations/observations.toml", ORIGIN),
+                ("observations/modes.csv", &format!("point,frequency [Hz],frequency_sd [Hz]\n{modes}")),
+            ],
+        );
+        let study = Study::open(&folder.0).unwrap();
+        let observations = study.observations().unwrap();
+        let mut run = Run::new(study, &observations, Trusted::Laplace).unwrap();
+        let mut all = Vec::new();
+        while let Some(stage) = run.next_stage().unwrap() {
+            all.push(stage.models[0].clone());
+        }
+        let sum: f64 = all.iter().map(|m| m.evidence.unwrap().ln_marginal).sum();
+        let last = all.last().unwrap().parameters[0].clone();
+        (sum, last.value, last.sd)
+    };
+    let once = of("day-once", &plan(&[("all", "", "[\"first\", \"between\", \"second\"]")]), "a");
+    // The stage between has no point of the day, and hands on what was learnt of it.
+    let stages = plan(&[
+        ("first", "", "[\"first\"]"),
+        ("between", "on = \"first\"\n", "[\"between\"]"),
+        ("second", "on = \"between\"\n", "[\"second\"]"),
+    ]);
+    let chain = of("day-chain", &stages, "a");
+    // The effects of the errors are taken where each stage ends: second order, c as the root of T.
+    assert!((once.0 - chain.0).abs() < 0.005, "{once:?} {chain:?}");
+    let apart = (once.1 - chain.1).abs() / once.2;
+    assert!(apart < 2e-3 && (chain.2 / once.2 - 1.0).abs() < 2e-3, "{once:?} {chain:?}");
+    // Drawn anew, the error is worth less, and the length seems better known.
+    let anew = of("day-anew", &stages, "d");
+    assert!(anew.2 < 0.95 * once.2 && (anew.0 - once.0).abs() > 0.2, "{once:?} {anew:?}");
+}

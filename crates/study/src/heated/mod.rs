@@ -21,7 +21,8 @@ pub use compared::HeatedFit;
 pub use gas::GasReading;
 pub use profile::measured_states;
 
-use crate::base::{BaseError, Cause, PointState, Sharing};
+use crate::Point;
+use crate::base::{BaseError, Cause, PointState, STEP, Sharing};
 use crate::campaign::{COLDEST, Campaign};
 use crate::names::LENGTH;
 use crate::plan::HeatedFlow;
@@ -145,9 +146,7 @@ pub fn heated_states(
     };
     let (power, flow) = (factor(&plan.power)?, factor(&plan.flow)?);
     let part = rig.part(&plan.at).map(|(k, _)| k);
-    let heated = |p: usize| -> Result<Option<Heated>, StudyProblem> {
-        let (Some(ambient), Some(layout)) = (ambient[p], &layouts[p]) else { return Ok(None) };
-        let point = &campaign.points[p];
+    let heated_at = |point: &Point, ambient: [f64; 2], layout: &RigAtPoint| {
         let value = |k: usize| Some(point.factors[k]).filter(|v| !v.is_nan()).unwrap_or(0.0);
         let gas = rig.gas.at(ambient[0], rig.pressure);
         let mass_flow = gas.density * value(flow);
@@ -169,6 +168,10 @@ pub fn heated_states(
         let (rise, cooling) = if watts > 0.0 { (watts / capacity, perimeter / capacity) } else { (0.0, 0.0) };
         let cause = Cause::ambient(point);
         Ok(Some(Heated { ambient, cause, mass_flow, rise, at, cooling }))
+    };
+    let heated = |p: usize| match (ambient[p], &layouts[p]) {
+        (Some(ambient), Some(layout)) => heated_at(&campaign.points[p], ambient, layout),
+        _ => Ok(None),
     };
     for r in readings {
         if let Some(layout) = &layouts[r.point]
@@ -202,9 +205,20 @@ pub fn heated_states(
     let offset_sd = plan.offset_sd.unwrap_or_else(|| typical(readings));
     let found = fit::fit(&all, readings, prior, offset_sd)?;
     let (values, shared) = (found.values, components(&found.covariance)?);
+    // What the readings say of eta and h stays where a factor is another within its error.
+    let moved = |point: &Point, k: usize, ambient: [f64; 2]| {
+        let mut moved = point.clone();
+        moved.factors[k] += STEP * point.factor_sds[k];
+        let layout = rig.at(&moved, ambient[0]).ok()?;
+        let heated = heated_at(&moved, ambient, &layout).ok()??;
+        Some((k, state(rig, &moved.id, &heated, layout.length, values, &shared, found.scatter)))
+    };
     let state = |(p, heated): (usize, &Option<Heated>)| {
-        let (heated, layout) = (heated.as_ref()?, layouts[p].as_ref()?);
-        Some(state(rig, &campaign.points[p].id, heated, layout.length, values, &shared, found.scatter))
+        let (point, heated, layout) = (&campaign.points[p], heated.as_ref()?, layouts[p].as_ref()?);
+        let state = state(rig, &point.id, heated, layout.length, values, &shared, found.scatter);
+        let uncertain = (0..point.factor_sds.len()).filter(|k| point.factor_sds[*k] > 0.0);
+        let moved = uncertain.filter_map(|k| moved(point, k, heated.ambient)).collect();
+        Some(PointState { moved, ..state })
     };
     let states = all.iter().enumerate().map(state).collect();
     let against = |r: &GasReading| {

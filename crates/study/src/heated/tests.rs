@@ -2,7 +2,11 @@
 
 use super::fit::{Found, fit};
 use super::gas::{GasReading, Heated};
-use crate::base::{Cause, Sharing};
+use super::heated_states;
+use crate::base::{Cause, PointState, Sharing};
+use crate::plan::HeatedFlow;
+use crate::source::Source;
+use crate::{Campaign, Rig};
 use rand_distr::{Distribution, StandardNormal, StudentT};
 use rijke_numerics::{Cholesky, Matrix, Stream, Streams};
 
@@ -246,4 +250,35 @@ fn order_slopes_of_the_temperature_are_its_derivatives() {
         let central = (moved(1e-4) - moved(-1e-4)) / 2e-4;
         assert!((central - slopes[i]).abs() < 1e-6 * slopes[i].abs(), "{central} {}", slopes[i]);
     }
+}
+
+/// A gauze that sits 10 um higher takes the rise of the gas along; one with more power makes it larger.
+#[test]
+fn exact_the_gas_follows_a_factor_that_is_not_known_exactly() {
+    let source = |file: &str, text: &str| Source { file: file.into(), text: text.to_owned() };
+    let campaign =
+        "point,x_g [m],x_g_sd [mm],Q [W],Q_sd [W],flow [L/min],gauze,T_amb [K]\na,0.3,0.5,50,1,40,1,293\n";
+    let campaign = Campaign::parse(&source("campaign.csv", campaign)).unwrap();
+    let rig = "name = \"tube\"\n[upstream]\ntype = \"free\"\n[downstream]\ntype = \"free\"\n[[element]]\nname = \"tube\"\n\
+               type = \"duct\"\nlength = 0.8\ndiameter = 0.05\n[[element]]\nname = \"gauze\"\ntype = \"device\"\n\
+               at = \"x_g\"\npresent = \"gauze\"\n";
+    let rig = Rig::parse(&source("rig.toml", rig), &campaign).unwrap();
+    let [at, power, flow] = ["gauze", "Q", "flow"].map(str::to_owned);
+    let plan = HeatedFlow { at, power, flow, share: PRIOR[0], cooling: PRIOR[1], offset_sd: None };
+    let layouts = [Some(rig.at(&campaign.points[0], 293.0).unwrap())];
+    let (states, _) = heated_states(&rig, &campaign, &plan, &[], &[Some([293.0, 0.1])], &layouts).unwrap();
+    let state = states[0].as_ref().unwrap();
+    let [(place, higher), (power, hotter)] = &state.moved[..] else { panic!("{:?}", state.moved) };
+    assert_eq!(
+        (campaign.factors[*place].name.as_str(), campaign.factors[*power].name.as_str()),
+        ("x_g", "Q")
+    );
+    let rise = |state: &PointState, x: f64| state.temperatures(x)[1] - 293.0;
+    for x in [0.31, 0.5, 0.79] {
+        // As the gas 10 um upstream, and 50.02 W for 50.
+        assert!((rise(higher, x) - rise(state, x - 1e-5)).abs() < 1e-6 * rise(state, x), "{x}");
+        assert!((rise(hotter, x) / rise(state, x) - 1.0004).abs() < 1e-9, "{x}");
+    }
+    assert_eq!((rise(higher, 0.300_005), higher.errors.len()), (0.0, state.errors.len()));
+    assert!(rise(state, 0.300_005) > 40.0);
 }
