@@ -101,7 +101,7 @@ pub enum EngineError {
         hertz: f64,
     },
     /// A rig of unknown lengths that is more than straight ducts of one temperature each, in gas at rest.
-    #[error("at operating point {point}: {problem}, where lengths or places of the rig are unknown")]
+    #[error("at operating point {point}, as lengths or places of the rig are unknown: {problem}")]
     Shape {
         /// The operating point.
         point: String,

@@ -270,7 +270,8 @@ pub enum Problem {
     },
     /// The file's sampling rate is not the declared one.
     #[error(
-        "sampled at {have} Hz, expected {need} Hz; correct the rate in the manifest or the list of files"
+        "sampled at {have} Hz, expected {need} Hz; correct the rate in the manifest or the list of files, or, of pings at two rates, give the rate of \
+         these in an [[exception]]: files = [...], rate_hz = {have}"
     )]
     WrongRate {
         /// In the file, Hz.

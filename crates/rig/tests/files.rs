@@ -252,7 +252,7 @@ fn observations() -> Observations {
             clicks: vec![(0, click)],
         }],
         rejections: vec![Rejection { record: "a, b".into(), reason: "clipped\ntwice".into() }],
-        channels: Some(ChannelErrors { delays: scaled(1e-14), gains: scaled(1e-6) }),
+        channels: Some(ChannelErrors { delays: scaled(1e-14), gains: scaled(1e-6), contained: true }),
         rig,
     }
 }

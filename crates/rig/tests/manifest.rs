@@ -23,7 +23,7 @@ const MANIFEST: &str = "rig = 'rig.toml'\ncampaign = 'campaign.csv'\nkind = 'mea
     [microphones]\nsensitivity = ['50 mV/Pa', '40 mV/Pa', '20 mV/Pa']\nsensitivity_sd = '1 %'\ngain_sd = 0.0\ndelay_sd = '5 us'\n\
     [[day]]\nid = 'mon'\nambient_temperature_k = 293.15\nambient_temperature_sd_k = 0.1\n\
     [[day]]\nid = 'tue'\nambient_temperature_k = 294.15\nambient_temperature_sd_k = 0.1\n\
-    [[exception]]\ndays = ['tue']\ndead = [2]\nchannels = [2, 0, 1]\nunit = 'V'\n\
+    [[exception]]\ndays = ['tue']\ndead = [2]\nchannels = [2, 0, 1]\nunit = 'V'\nrate_hz = 4000\nquiet_samples = 1\n\
     [[point]]\nid = 'C3-E'\nday = 'mon'\npings = ['mon.csv']\n\
     [[point]]\nid = 'C3-05'\nday = 'tue'\npings = ['tue.csv']\n";
 const MON: &str =
@@ -63,6 +63,8 @@ fn exact_names_days_and_volts() {
     // On the other day one microphone was dead, and columns had no names and another order.
     assert!(tue.channels[..2].iter().all(|c| close(c, &[1.0, 2.0, 1.0])) && tue.channels[2].is_empty());
     assert_eq!((mon.dead(), tue.dead()), (vec![], vec![2]));
+    // It was another rate, too.
+    assert_eq!([(mon.rate_hz, mon.quiet), (tue.rate_hz, tue.quiet)], [(1e3, 1), (4e3, 1)]);
     let stated = folder.set().acquisition.stated.clone().unwrap();
     assert_eq!((stated.gains, stated.gain_sds), (vec![1.0; 3], vec![0.01; 3]));
     assert_eq!((stated.delays, stated.delay_sds), (vec![0.0; 3], vec![5e-6; 3]));
@@ -185,6 +187,24 @@ fn message_of_bad_keys() {
         "dead: microphone 1 is the rig's reference and is dead; choose another",
     );
     refused("kind =", "dead = [5]\nkind =", "dead: 5 does not exist: there are 3");
+    let late = "[[exception]]\nfiles = ['late.csv']\nrate_hz = 2000\n[[point]]\nid = 'C3-E'\nday = 'mon'\n";
+    refused(
+        "[[point]]\nid = 'C3-E'\nday = 'mon'\npings = ['mon.csv']",
+        &format!("{late}pings = ['mon.csv', 'late.csv']"),
+        "point `C3-E`: pings[1] `late.csv`: has another sampling rate",
+    );
+    let clicks = "[[calibration]]\nday = 'mon'\nrate_hz = 1000\nquiet_samples = 1\nclicks = ['late.csv']\n";
+    refused(
+        "[[point]]\nid = 'C3-E'\nday = 'mon'\n",
+        &format!("{clicks}{late}"),
+        "exception[1].files `late.csv`: is a click",
+    );
+    refused("rate_hz = 4000", "rate_hz = 0", "exception[0].rate_hz");
+    refused(
+        "rate_hz = 1000, q",
+        "rate_hz = 500, q",
+        "give the rate of these in an [[exception]]: files = [...], rate_hz",
+    );
     refused("dead = [2]", "dead = [3]", "exception[0].dead: 3 does not exist");
     refused("dead = [2]", "dead = [1]", "exception[0].dead: microphone 1 is the rig's reference");
     refused("days = ['tue']", "days = ['wed']", "exception[0].days: `wed` is not known; known: mon, tue");

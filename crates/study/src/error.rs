@@ -216,6 +216,38 @@ pub enum StudyProblem {
         /// Of what.
         of: String,
     },
+    /// Two errors of one number.
+    #[error("`{first}` and `{second}` both state the error of one number of {of}; keep one of the two")]
+    TwoErrors {
+        /// The operating point.
+        of: String,
+        /// The column of the standard deviation.
+        first: String,
+        /// That of the variance.
+        second: String,
+    },
+    /// A covariance of a number that has no column, or that its column calls otherwise.
+    #[error(
+        "`{column}` speaks of `{name}`, which no column is called; its names must be those of columns with numbers, whose units it has: {known}"
+    )]
+    Covaries {
+        /// The column.
+        column: String,
+        /// The name in it.
+        name: String,
+        /// The columns that there are.
+        known: String,
+    },
+    /// Errors of pressures that are smaller than those of the channels alone.
+    #[error(
+        "the stated errors of the pressures of {of} are smaller than what channels.toml alone leaves ({what}): they must contain it, at the pressures that          were measured, as those that `rijke process` writes do. If they hold only how measurements repeat, write `contained = false` in channels.toml, which          adds it"
+    )]
+    ChannelsAlone {
+        /// The operating point.
+        of: String,
+        /// Which number shows it.
+        what: String,
+    },
     /// A number that was declared as data twice.
     #[error(
         "`{file}` is declared for operating point {point} where the same number at {frequency_hz} Hz is declared already: data count once; remove one"

@@ -4,9 +4,7 @@ use crate::ambient::read_ambient;
 use crate::base::PointState;
 use crate::plan::{Base, Plan};
 use crate::source::Source;
-use crate::{
-    Campaign, Candidate, Catalogue, Claims, ObservedModes, Rig, StudyError, StudyProblem, read_modes,
-};
+use crate::{Campaign, Candidate, Catalogue, Claims, ObservedModes, Rig, StudyError, StudyProblem};
 use rijke_numerics::read_text;
 use rijke_rig::{ChannelErrors, DataKind};
 use serde::Deserialize;
@@ -120,7 +118,14 @@ impl Study {
         let table = folder.join("modes.csv");
         let table = if table.is_file() { table } else { folder.join("pings.csv") };
         let there = table.is_file() || !responses;
-        let modes = if there { read_modes(&table, &self.rig, &self.campaign)? } else { Vec::new() };
+        let modes = match there {
+            true => {
+                let source = Source::read_table(&table)?;
+                let modes = crate::modes::parse(&source, &self.rig, &self.campaign)?;
+                self.with_channels(&source, modes)?
+            }
+            false => Vec::new(),
+        };
         let points = folder.join("points.csv");
         let ambient = if points.is_file() { read_ambient(&points, &self.campaign)? } else { BTreeMap::new() };
         Ok(ObservedModes { kind: origin.kind, source: origin.source, modes, ambient })

@@ -1,13 +1,15 @@
 //! Observed modes: `modes.csv`, or `pings.csv` as signal processing writes it.
 
+mod stated;
+
 use crate::rig::Rig;
 use crate::source::{Source, listed};
 use crate::{Campaign, StudyError, StudyProblem};
-use rijke_numerics::{C64, Cholesky, Matrix};
+use rijke_numerics::{C64, Matrix};
 use rijke_rig::{Heading, Unit};
+use stated::{Errors, Number, covariance, number, pair, product};
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
-use std::path::Path;
 
 /// One mode at one operating point, as far as it was measured.
 #[derive(Clone, Debug, PartialEq)]
@@ -64,28 +66,13 @@ enum Column {
     /// A number, see [`Number`], with its unit.
     Value(Number, Unit),
     Sd(Number, Unit),
-    Covariance(Number, Number),
+    /// Of two numbers, in the order of [`Number`], and what one of its unit is in SI.
+    Covariance(Number, Number, f64),
     Ignored,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-enum Number {
-    GrowthRate,
-    Frequency,
-    /// Microphone, and 0 real, 1 imaginary part, 2 modulus, 3 argument.
-    Pressure(usize, usize),
 }
 
 /// Columns that other tables have beside ours.
 const IGNORED: [&str; 3] = ["repeat", "comment", "note"];
-
-/// Reads the modes of a table.
-///
-/// # Errors
-/// File, line and remedy.
-pub fn read_modes(path: &Path, rig: &Rig, campaign: &Campaign) -> Result<Vec<ObservedMode>, StudyError> {
-    parse(&Source::read_table(path)?, rig, campaign)
-}
 
 /// Whether a column, by its heading, holds what was measured of a mode, whatever the microphones are called.
 pub(crate) fn is_of_modes(text: &str) -> bool {
@@ -101,11 +88,15 @@ pub(crate) fn is_of_modes(text: &str) -> bool {
         || word.starts_with("cov_")
 }
 
+/// The modes of a table, each with its line.
+///
+/// # Errors
+/// File, line and remedy.
 pub(crate) fn parse(
     source: &Source,
     rig: &Rig,
     campaign: &Campaign,
-) -> Result<Vec<ObservedMode>, StudyError> {
+) -> Result<Vec<(usize, ObservedMode)>, StudyError> {
     let mut reader = source.table();
     let wrong = |error: csv::Error| source.csv(&error);
     let header = reader.headers().map_err(wrong)?.clone();
@@ -124,12 +115,13 @@ pub(crate) fn parse(
         let need = "say in a column `point` to which operating point a row belongs";
         return Err(source.at_line(top, StudyProblem::Missing { key: "point".into(), need }));
     }
-    let mut modes: Vec<ObservedMode> = Vec::new();
+    let named = named(&header, &mut columns, rig).map_err(|problem| source.at_line(top, problem))?;
+    let mut modes: Vec<(usize, ObservedMode)> = Vec::new();
     for record in reader.records() {
         let record = record.map_err(wrong)?;
         let line = source.line_of(&record);
         let fail = |problem| source.at_line(line, problem);
-        let mode = row(&record, &header, &columns, campaign).map_err(fail)?;
+        let mode = row(&record, &header, &columns, &named, campaign).map_err(fail)?;
         let [low, high] = rig.search[1];
         if let Some(f) = mode.angular_frequency.map(hertz).filter(|f| !(low..=high).contains(f))
             && rig.search_is_stated
@@ -142,12 +134,12 @@ pub(crate) fn parse(
              number or its unit, or widen the search",
             }));
         }
-        if modes.iter().any(|m| m.point == mode.point && m.label == mode.label) {
+        if modes.iter().any(|(_, m)| m.point == mode.point && m.label == mode.label) {
             let id = campaign.points[mode.point].id.clone();
             let name = if mode.label.is_empty() { id } else { format!("{id}, mode {}", mode.label) };
             return Err(fail(StudyProblem::Duplicate { what: "row (operating point and mode)", name }));
         }
-        modes.push(mode);
+        modes.push((line, mode));
     }
     if modes.is_empty() {
         return Err(source.at_line(top, StudyProblem::Empty { what: "mode", need: "add a row" }));
@@ -182,8 +174,8 @@ fn column(text: &str, rig: &Rig) -> Result<Column, StudyProblem> {
         };
         unit.map_err(|source| StudyProblem::Unit { key: text.to_owned(), source })
     };
-    if let Some((a, b)) = name.strip_prefix("cov_").and_then(|rest| pair(rest, rig)) {
-        return Ok(Column::Covariance(a, b));
+    if let Some([a, b]) = name.strip_prefix("cov_").and_then(|rest| pair(rest, rig)) {
+        return Ok(Column::Covariance(a.0.min(b.0), a.0.max(b.0), 1.0));
     }
     let (word, is_sd) = name.strip_suffix("_sd").map_or((name, false), |word| (word, true));
     let Some(number) = number(word, rig) else {
@@ -200,33 +192,48 @@ fn column(text: &str, rig: &Rig) -> Result<Column, StudyProblem> {
     Ok(if is_sd { Column::Sd(number, unit) } else { Column::Value(number, unit) })
 }
 
-fn number(word: &str, rig: &Rig) -> Option<Number> {
-    match word {
-        "growth_rate" => return Some(Number::GrowthRate),
-        "frequency" | "angular_frequency" => return Some(Number::Frequency),
-        _ => {}
+/// What the numbers of the table are called. Gives every covariance its unit: the one of its heading, or that
+/// of the columns that it names.
+fn named(
+    header: &csv::StringRecord,
+    columns: &mut [Column],
+    rig: &Rig,
+) -> Result<BTreeMap<Number, String>, StudyProblem> {
+    let (mut named, mut units) = (BTreeMap::new(), BTreeMap::new());
+    for (text, column) in header.iter().zip(&*columns) {
+        if let (Column::Value(number, unit), Ok(heading)) = (column, Heading::parse(text)) {
+            named.insert(*number, heading.name);
+            units.insert(*number, unit.difference_to_si(1.0));
+        }
     }
-    let (microphone, part) = word.rsplit_once('_')?;
-    let part = ["re", "im", "abs", "arg"].iter().position(|p| *p == part)?;
-    let microphone = rig.microphones.names.iter().position(|n| n == microphone)?;
-    Some(Number::Pressure(microphone, part))
-}
-
-/// `A_B`, where both are names of numbers.
-fn pair(text: &str, rig: &Rig) -> Option<(Number, Number)> {
-    text.match_indices('_').find_map(|(k, _)| Some((number(&text[..k], rig)?, number(&text[k + 1..], rig)?)))
+    for (text, column) in header.iter().zip(columns) {
+        let (Column::Covariance(a, b, scale), Ok(heading)) = (column, Heading::parse(text)) else { continue };
+        let rest = heading.name.strip_prefix("cov_").and_then(|rest| pair(rest, rig));
+        for (number, word) in rest.into_iter().flatten() {
+            if named.get(&number).is_none_or(|name| name != word) {
+                let known = listed(named.values().map(String::as_str));
+                return Err(StudyProblem::Covaries { column: text.to_owned(), name: word.to_owned(), known });
+            }
+        }
+        let wrong = |source| StudyProblem::Unit { key: text.to_owned(), source };
+        *scale = match &heading.unit {
+            Some(unit) => unit.of(&product(*a, *b)).map_err(wrong)?.difference_to_si(1.0),
+            None => [a, b].iter().filter_map(|number| units.get(*number)).product(),
+        };
+    }
+    Ok(named)
 }
 
 fn row(
     record: &csv::StringRecord,
     header: &csv::StringRecord,
     columns: &[Column],
+    named: &BTreeMap<Number, String>,
     campaign: &Campaign,
 ) -> Result<ObservedMode, StudyProblem> {
     let (mut point, mut label) = (None, String::new());
     let mut values: BTreeMap<Number, f64> = BTreeMap::new();
-    let mut sds: BTreeMap<Number, f64> = BTreeMap::new();
-    let mut covariances: Vec<(Number, Number, f64)> = Vec::new();
+    let mut errors = Errors::default();
     for ((cell, column), name) in record.iter().zip(columns).zip(header) {
         let float = || match cell {
             "" | "nan" | "NaN" | "-" => Ok(None),
@@ -260,12 +267,12 @@ fn row(
                         let (key, value) = (name.to_owned(), v.to_string());
                         return Err(StudyProblem::Value { key, value, need: "zero or more" });
                     }
-                    sds.insert(*number, unit.difference_to_si(v));
+                    errors.sds.insert(*number, (name.to_owned(), unit.difference_to_si(v)));
                 }
             }
-            Column::Covariance(a, b) => {
+            Column::Covariance(a, b, scale) => {
                 if let Some(v) = float()? {
-                    covariances.push((*a, *b, v));
+                    errors.covariances.push((*a, *b, name.to_owned(), v * scale));
                 }
             }
             Column::Ignored => {}
@@ -274,15 +281,15 @@ fn row(
     let Some(point) = point else {
         return Err(StudyProblem::Missing { key: "point".into(), need: "an operating point" });
     };
-    assemble(point, label, &values, &sds, &covariances, &campaign.points[point].id)
+    assemble(point, label, &values, &errors, named, &campaign.points[point].id)
 }
 
 fn assemble(
     point: usize,
     label: String,
     values: &BTreeMap<Number, f64>,
-    sds: &BTreeMap<Number, f64>,
-    covariances: &[(Number, Number, f64)],
+    errors: &Errors,
+    named: &BTreeMap<Number, String>,
     id: &str,
 ) -> Result<ObservedMode, StudyProblem> {
     let get = |n: Number| values.get(&n).copied();
@@ -317,43 +324,7 @@ fn assemble(
             need: "give a growth rate, a frequency or pressures",
         });
     }
-    let mut covariance = Matrix::zeros(n, n);
-    if covariances.is_empty() {
-        for (i, number) in numbers.iter().enumerate() {
-            let sd = sds.get(number).copied().ok_or_else(|| StudyProblem::Missing {
-                key: "sd".into(),
-                need: "every number needs a standard deviation X_sd, or covariances cov_A_B",
-            })?;
-            covariance[(i, i)] = sd * sd;
-        }
-    } else {
-        let place = |n: &Number| numbers.iter().position(|m| m == n);
-        for (a, b, value) in covariances {
-            if let (Some(i), Some(j)) = (place(a), place(b)) {
-                covariance[(i, j)] = *value;
-                covariance[(j, i)] = *value;
-            }
-        }
-    }
-    if polar {
-        // dp = e^{i a} (dr + i r da), to first order.
-        let jacobian = Matrix::from_fn(n, n, |i, j| match (numbers[i], numbers[j]) {
-            (Number::Pressure(a, k), Number::Pressure(b, l)) if a == b && k > 1 && l > 1 => {
-                let p = pressures.iter().find(|(m, _)| *m == a).map_or(C64::ONE, |p| p.1);
-                let unit = p / p.norm();
-                let column = if l == 2 { unit } else { C64::I * p };
-                if k == 2 { column.re } else { column.im }
-            }
-            _ => f64::from(u8::from(i == j)),
-        });
-        covariance = jacobian.product(&covariance).product(&jacobian.transpose());
-    }
-    // Units far apart make a covariance look singular that is not.
-    let size: Vec<f64> = (0..n).map(|i| covariance[(i, i)].sqrt()).collect();
-    let scaled = Matrix::from_fn(n, n, |i, j| covariance[(i, j)] / (size[i] * size[j]));
-    if size.iter().any(|s| !(*s > 0.0 && s.is_finite())) || Cholesky::new(&scaled).is_err() {
-        return Err(StudyProblem::Covariance { of: id.to_owned() });
-    }
+    let covariance = covariance(&numbers, &pressures, polar, errors, named, id)?;
     Ok(ObservedMode {
         point,
         label,

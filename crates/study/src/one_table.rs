@@ -70,6 +70,7 @@ impl OneTable {
         let table = &self.files[1];
         let modes = parse(&source(table, &self.modes), &study.rig, &study.campaign)?;
         let (kind, source) = (DataKind::Measured, table.display().to_string());
+        let modes = modes.into_iter().map(|(_, mode)| mode).collect();
         Ok((study, ObservedModes { kind, source, modes, ambient: BTreeMap::new() }))
     }
 

@@ -96,7 +96,10 @@ impl<'a> ShapeModel<'a> {
             return refuse("an unknown temperature varies along a duct: give it one `temperature`");
         }
         if layout.ducts.iter().any(|d| d.area[0] != d.area[1]) {
-            return refuse("a duct changes its area: cut it into straight ones");
+            return refuse(
+                "a duct changes its area along itself: write the cone as straight ducts, 40 say, each with the diameter of its middle, and at both ends of \
+                 the cone one of 1e-6 m with the diameter there, because the law of an end takes the radius of the duct beside it",
+            );
         }
         let rig = &assembly.rig;
         let mut cuts: Vec<(f64, At)> = vec![(0.0, At::Boundary(0))];

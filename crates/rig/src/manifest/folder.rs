@@ -201,7 +201,7 @@ impl RecordSource for RecordFolder {
 
     fn ping(&self, point: usize, repeat: usize) -> Result<Record, RigError> {
         let records = &self.set.points[point];
-        self.read(&records.pings[repeat], records.day, self.set.ping, Event::Ping)
+        self.read(&records.pings[repeat], records.day, self.set.ping_timing(point, repeat), Event::Ping)
     }
 
     fn click(&self, point: usize, repeat: usize) -> Result<Record, RigError> {

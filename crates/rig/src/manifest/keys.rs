@@ -92,6 +92,10 @@ pub(super) struct ExceptionEntry {
     pub(super) channels: Option<Listed>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(super) text: Option<TextForm>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) rate_hz: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) quiet_samples: Option<usize>,
 }
 
 /// `[microphones]`: what is known of them without clicks. Each value is one for all, or a list with one for

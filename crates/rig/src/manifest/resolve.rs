@@ -175,6 +175,8 @@ impl Manifest {
                     time: e.reading.time.clone(),
                     channels: Some(listed(&e.channels, &e.reading)),
                     text: Some(e.reading.text.clone()),
+                    rate_hz: e.rate_hz,
+                    quiet_samples: e.quiet,
                 })
                 .collect(),
             calibration: set
@@ -230,7 +232,11 @@ impl ExceptionEntry {
         let (time, text) =
             (self.time.or_else(|| usual.time.clone()), self.text.unwrap_or_else(|| usual.text.clone()));
         let reading = Reading { names, time, text, unit, dead, ..usual.clone() };
-        Ok(Exception { days, files: self.files, channels, reading })
+        if let Some(rate_hz) = self.rate_hz {
+            in_range(&format!("exception[{k}].rate_hz"), rate_hz, 1.0, 1e9, "Hz")?;
+        }
+        let (rate_hz, quiet) = (self.rate_hz, self.quiet_samples);
+        Ok(Exception { days, files: self.files, channels, reading, rate_hz, quiet })
     }
 }
 

@@ -19,6 +19,8 @@ pub struct ChannelErrors {
     pub delays: Matrix,
     /// Covariance of g over the same.
     pub gains: Matrix,
+    /// Whether the covariances of the observations contain them.
+    pub contained: bool,
 }
 
 /// `channels.toml`.
@@ -27,6 +29,17 @@ pub struct ChannelErrors {
 struct File {
     delay_covariance_s2: Vec<Vec<f64>>,
     gain_covariance: Vec<Vec<f64>>,
+    #[serde(default = "contained", skip_serializing_if = "is_contained")]
+    contained: bool,
+}
+
+fn contained() -> bool {
+    true
+}
+
+#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde calls it")]
+fn is_contained(contained: &bool) -> bool {
+    *contained
 }
 
 const HEADER: &str = "# What the calibration leaves of the channels, all microphones but the reference, relative to it.\n\
@@ -35,7 +48,11 @@ const HEADER: &str = "# What the calibration leaves of the channels, all microph
 impl ChannelErrors {
     pub(crate) fn write(&self, path: &Path) -> Result<(), RigError> {
         let rows = |m: &Matrix| (0..m.rows()).map(|i| m.row(i).to_vec()).collect();
-        let file = File { delay_covariance_s2: rows(&self.delays), gain_covariance: rows(&self.gains) };
+        let file = File {
+            delay_covariance_s2: rows(&self.delays),
+            gain_covariance: rows(&self.gains),
+            contained: self.contained,
+        };
         write_toml(&file, HEADER, path)
     }
 
@@ -65,6 +82,7 @@ impl ChannelErrors {
         Ok(Some(Self {
             delays: matrix("delay_covariance_s2", &file.delay_covariance_s2)?,
             gains: matrix("gain_covariance", &file.gain_covariance)?,
+            contained: file.contained,
         }))
     }
 }

@@ -67,7 +67,7 @@ impl ChannelErrors {
             }
             all
         };
-        Self { delays: others(&self.delays), gains: others(&self.gains) }
+        Self { delays: others(&self.delays), gains: others(&self.gains), contained: self.contained }
     }
 }
 
@@ -124,6 +124,7 @@ impl Observations {
             *channels = ChannelErrors {
                 delays: channels.delays.select(&others),
                 gains: channels.gains.select(&others),
+                contained: channels.contained,
             };
         }
         let microphones = &mut self.rig.microphones;

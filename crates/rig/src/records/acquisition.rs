@@ -33,6 +33,10 @@ pub struct Exception {
     pub channels: Vec<Option<usize>>,
     /// How these files are written.
     pub reading: Reading,
+    /// Sampling rate of the pings among them, Hz, where it is not that of the set.
+    pub rate_hz: Option<f64>,
+    /// Samples of these pings before the loudspeaker acts; if none, as long as in the other pings.
+    pub quiet: Option<usize>,
 }
 
 /// What each channel does to a pressure p(t), stated by whoever calibrated it: it gives g p(t - d), with

@@ -166,6 +166,7 @@ impl RecordSet {
             in_range("mains_hz", mains_hz, 1.0, 1e3, "Hz")?;
         }
         self.listed_once()?;
+        self.at_one_rate()?;
         if self.full_scale != f64::INFINITY {
             in_range("full_scale_pa", self.full_scale, 1e-9, 1e9, "Pa")?;
         }
@@ -202,6 +203,43 @@ impl RecordSet {
 }
 
 impl RecordSet {
+    /// How a ping is taken: `point` indexes [`RecordSet::points`], `repeat` its pings.
+    ///
+    /// # Panics
+    /// If there is no such ping.
+    #[must_use]
+    pub fn ping_timing(&self, point: usize, repeat: usize) -> RecordTiming {
+        let (usual, records) = (self.ping, &self.points[point]);
+        let exception = self.acquisition.exception(records.day, &records.pings[repeat]);
+        let rate_hz = exception.and_then(|e| e.rate_hz).unwrap_or(usual.rate_hz);
+        let as_long = (usual.quiet as f64 * rate_hz / usual.rate_hz).floor() as usize;
+        RecordTiming { rate_hz, quiet: exception.and_then(|e| e.quiet).unwrap_or(as_long) }
+    }
+
+    /// The pings of a point are repeats of one measurement, and what they share is that of one sampling rate.
+    fn at_one_rate(&self) -> Result<(), (String, Problem)> {
+        for (k, entry) in self.points.iter().enumerate() {
+            let rate = |n: usize| self.ping_timing(k, n).rate_hz;
+            if let Some(n) = (1..entry.pings.len()).find(|n| rate(*n) != rate(0)) {
+                let place = format!("point `{}`: pings[{n}] `{}`", entry.point.id, entry.pings[n]);
+                let what = "has another sampling rate than the first ping of this point; make it a ping of a second operating point with the \
+                            same factors, or correct `rate_hz` of its [[exception]]";
+                return Err((place, Problem::Keys { what }));
+            }
+        }
+        let exceptions = self.acquisition.exceptions.iter().enumerate();
+        for (k, exception) in exceptions.filter(|(_, e)| e.rate_hz.is_some() || e.quiet.is_some()) {
+            let clicks = self.points.iter().flat_map(|p| &p.clicks);
+            let mut clicks = clicks.chain(self.calibrations.iter().flat_map(|c| &c.clicks));
+            if let Some(click) = clicks.find(|click| exception.files.contains(*click)) {
+                let what = "is a click, and `rate_hz` and `quiet_samples` of an [[exception]] are those of pings; clicks have those of [click], \
+                            and each [[calibration]] its own";
+                return Err((format!("exception[{k}].files `{click}`"), Problem::Keys { what }));
+            }
+        }
+        Ok(())
+    }
+
     /// A file that is listed twice would count as two repeats, or as two operating points.
     fn listed_once(&self) -> Result<(), (String, Problem)> {
         // A click of an empty tube may be one of a point and of a calibration.

@@ -40,6 +40,7 @@ mod search;
 mod short;
 mod studies;
 mod sweep_study;
+mod two_rates;
 mod watch;
 
 use std::{

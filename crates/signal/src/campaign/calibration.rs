@@ -14,6 +14,8 @@ use rijke_rig::{Calibration, RecordSet, RecordSource, Rejection, RigError};
 pub(super) struct Calibrated {
     /// At the pings' sampling rate; none if shapes are left out.
     pub(super) pings: Option<ChannelDelays>,
+    /// Whether that is so at any rate, because delays and gains were stated.
+    pub(super) at_any_rate: bool,
     /// At the clicks'; none if clicks are left out.
     pub(super) clicks: Option<ChannelDelays>,
     /// How the clicks of the operating points are to be fitted.
@@ -75,6 +77,7 @@ pub(super) fn calibrate(
             1e3 * click.window.0, 1e3 * click.window.1, click.band_hz.0, click.band_hz.1
         ));
     }
+    let at_any_rate = pings.is_none() && (options.stated.is_some() || set.acquisition.stated.is_some());
     let (clicks, channels) = (clicks.map(|f| f.delays), set.rig.microphones.positions.len());
     let pings = match (pings, no_pings) {
         (Some(found), _) => Some(found.delays),
@@ -119,7 +122,7 @@ pub(super) fn calibrate(
             delays
         }
     };
-    Ok(Calibrated { pings, clicks, click, rejections, notes, records })
+    Ok(Calibrated { pings, at_any_rate, clicks, click, rejections, notes, records })
 }
 
 /// The calibrations of one sampling rate, and their numbers.

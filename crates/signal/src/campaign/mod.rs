@@ -12,6 +12,7 @@ mod loud;
 mod options;
 mod path;
 mod process;
+mod rates;
 mod repeated;
 
 pub use kept::Kept;

@@ -12,6 +12,7 @@ use super::live::{LiveRecord, in_all};
 use super::loud::Loudest;
 use super::options::{PointScatter, ProcessError, ProcessOptions, Processed};
 use super::path::{click_options, setting_covariance};
+use super::rates::{of_other_rates, without_shapes};
 use super::repeated::{combine_clicks, combine_pings, ping_of, turn_inverted};
 use crate::click::fit_click;
 use crate::dsp::noise::other_mains;
@@ -74,6 +75,7 @@ pub fn process_again(
     };
     let Calibrated {
         pings: ping_delays,
+        at_any_rate,
         clicks: click_delays,
         click: click_options_found,
         mut notes,
@@ -213,7 +215,9 @@ pub fn process_again(
     notes.extend(contradictions(&of_pings.collect::<Vec<_>>()));
     let (mut points, mut scatter) = (Vec::new(), Vec::new());
     let shapes = ping_delays.is_some();
-    for (gathered, records) in gathered.into_iter().zip(&set.points) {
+    let others = if at_any_rate || !shapes { Vec::new() } else { of_other_rates(set) };
+    notes.extend(others.first().map(|_| without_shapes(set, &others)));
+    for (k, (gathered, records)) in gathered.into_iter().zip(&set.points).enumerate() {
         let Gathered { pings, live, clicks, mut ping_repeats, click_repeats, drift } = gathered;
         // The error of the drift is common to all repeats.
         let of_drift = if drift.sd.is_finite() { drift.variance() } else { 0.0 };
@@ -225,9 +229,13 @@ pub fn process_again(
             ping.covariance[(1, 1)] += of_drift;
             ping
         };
-        let of_the_live = ping_delays.as_ref().filter(|_| !live.is_empty()).map(|delays| delays.only(&live));
+        let calibrated = !live.is_empty() && !others.contains(&k);
+        let of_the_live = ping_delays.as_ref().filter(|_| calibrated).map(|delays| delays.only(&live));
         let corrected = |ping: &Ping| match &of_the_live {
             Some(delays) => delays.correct(ping, false).among(&live, microphones),
+            None if shapes && !live.is_empty() => {
+                alone(ping).among(&live[ping.reference..=ping.reference], microphones)
+            }
             None => alone(ping),
         };
         let reference = live.iter().position(|m| *m == options.ping.reference).unwrap_or(0);

@@ -349,6 +349,7 @@ impl ChannelDelays {
         ChannelErrors {
             delays: against(&|m, n| self.covariance[(m, n)]),
             gains: against(&|m, n| self.gain_covariance[(m, n)] / (self.gains[m] * self.gains[n])),
+            contained: true,
         }
     }
 

@@ -114,7 +114,11 @@ impl Instruments {
             })
         };
         let stated = !self.gain_sds.is_empty() || !self.delay_sds.is_empty();
-        stated.then(|| ChannelErrors { delays: of(&self.delay_sds), gains: of(&self.gain_sds) })
+        stated.then(|| ChannelErrors {
+            delays: of(&self.delay_sds),
+            gains: of(&self.gain_sds),
+            contained: true,
+        })
     }
 
     /// Refuses a name that none of them has.

@@ -16,7 +16,7 @@ fn ranked(folder: &Path, numbers: Option<&str>) {
     }
 }
 
-pub(super) const CASES: [Case; 33] = [
+pub(super) const CASES: [Case; 34] = [
     case(
         "results that do not exist",
         |d| ranked(d, None),
@@ -65,6 +65,19 @@ pub(super) const CASES: [Case; 33] = [
         },
         "infer flame/n-tau.toml --data flame/modes.csv",
         ["flame/modes.csv, line 3", "in the region of the search; give a frequency", "Correct that row"],
+    ),
+    case(
+        "cone where a length is unknown",
+        |d| {
+            let rig = "name = 'cone'\n[upstream]\ntype = 'closed'\n[downstream]\ntype = 'open'\n[[element]]\n\
+                       type = 'duct'\nlength = '$reach'\ndiameter = 0.05\ndiameter_end = 0.08\n[unknown.reach]\n\
+                       unit = 'm'\nprior = { normal = { mean = 0.8, sd = 0.1 } }\n";
+            fs::write(d.join("cone.toml"), rig).unwrap();
+            let table = "growth_rate,growth_rate_sd,frequency,frequency_sd\n-3,1,107,1\n-4,1,108,1\n";
+            fs::write(d.join("cone.csv"), table).unwrap();
+        },
+        "infer cone.toml --data cone.csv",
+        ["at operating point line-2", "straight ducts, 40 say", "both ends of the cone one of 1e-6 m"],
     ),
     case(
         "prediction before the ranking",
