@@ -13,6 +13,7 @@ mod folder;
 mod foreseen;
 mod head;
 mod heated;
+mod labels;
 mod law;
 mod modes;
 pub mod names;
@@ -21,6 +22,7 @@ pub mod plan;
 mod records;
 pub mod responses;
 mod rig;
+mod same_rig;
 mod source;
 mod states;
 
