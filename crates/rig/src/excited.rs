@@ -46,7 +46,7 @@ pub enum Excitation {
     /// A blow at the beginning of every record.
     Blow(Blow),
     /// Noise that all microphones hear alike.
-    Comparison(Comparison),
+    Comparison(Box<Comparison>),
 }
 
 /// Records in which all microphones hear the same pressure.
@@ -241,7 +241,7 @@ impl ExcitedRecords {
                 Excitation::Blow(Blow { stretch, files: blow.files, states: blow.state })
             }
             (None, None, None, Some(keys)) => {
-                Excitation::Comparison(comparison(&keys, manifest.microphones, &path)?)
+                Excitation::Comparison(Box::new(comparison(&keys, manifest.microphones, &path)?))
             }
             _ => {
                 return wrong(

@@ -131,8 +131,11 @@ fn exact_no_damaged_table_of_observations_makes_the_reader_panic() {
     }
     // The tables that the project writes itself: covariances, repeats, clicks.
     Observations::read(&folder).unwrap().write(&folder).unwrap();
-    fs::write(folder.join("clicks.csv"), "point,arrival1_s,cov_arrival1_s_arrival1_s\nempty,1e-3,1e-12\n")
-        .unwrap();
+    fs::write(
+        folder.join("clicks.csv"),
+        "point,arrival1 [s],cov_arrival1_arrival1 [s^2]\nempty,1e-3,1e-12\n",
+    )
+    .unwrap();
     let two = head.to_owned() + "positions = [0.25, 0.75]" + &rest;
     fs::write(folder.join("rig.toml"), &two).unwrap();
     let channels = "delay_covariance_s2 = [[1e-14]]\ngain_covariance = [[1e-6]]\n";

@@ -309,12 +309,12 @@ fn exact_messages_of_bad_observations() {
     let good = std::fs::read_to_string(&path).unwrap();
     for (old, new, place, remedy) in [
         ("C3-35,", "C3-36,", "line 2, column `point`: `C3-36` is not known", "known: C3-35"),
-        ("-1.125e1", "x", "line 2, column `growth_rate_per_s`: `x` is not a finite number", ""),
+        ("-1.125e1", "x", "line 2, column `growth_rate [1/s]`: `x` is not a finite number", ""),
         ("-1.125e1", "nan", "`nan` is not a finite number", ""),
         (
-            "growth_rate_per_s",
+            "growth_rate [1/s]",
             "sigma",
-            "column 2 is `sigma`, expected `growth_rate_per_s`",
+            "column 2 is `sigma`, expected `growth_rate [1/s]`",
             "keep the header",
         ),
         (",1.25e-1,", ",-1.25e-1,", "covariance is not positive definite", "variances above zero"),

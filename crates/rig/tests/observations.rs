@@ -68,18 +68,18 @@ fn exact_messages_of_tables_prepared_by_hand() {
         "pings.csv",
         "-6.21,1041.7,0.05",
         "-6.21,1041.7,0",
-        "line 2, column `sd_growth_rate_per_s`: `0` is not a positive",
+        "line 2, column `growth_rate_sd [1/s]`: `0` is not a positive",
     );
-    let lacking = "line 1: there is no column `ambient_temperature_K`; the file has `point`";
-    refused("points.csv", "ambient_temperature_K", "ambient_temperature [K]", lacking);
+    let lacking = "line 1: there is no column `T_amb [K]`; the file has `point`";
+    refused("points.csv", "T_amb [K]", "T_amb [C]", lacking);
     // A column that is not known is a factor with its unit, or refused.
     let unknown = "is no column of this table; a factor has its unit in the heading";
-    refused("points.csv", "Q_h [W]", "power_W", &format!("line 1, column `power_W`: {unknown}"));
+    refused("points.csv", "Q_h [W]", "power", &format!("line 1, column `power`: {unknown}"));
     refused("points.csv", "Q_h [W]", "Q_h [watt]", "column `Q_h [watt]`: `watt`");
     refused("points.csv", "Q_h [W]", "X_h [m]", "`X_h [m]` appears twice");
     refused("points.csv", "Q_h [W]", "X_h [mm]", "`X_h` appears twice");
     refused("points.csv", ",60,", ",hot,", "line 4, column `Q_h [W]`: `hot` is not a finite number");
-    refused("points.csv", "293.4", "20 C", "line 2, column `ambient_temperature_K`: `20 C`");
+    refused("points.csv", "293.4", "20 C", "line 2, column `T_amb [K]`: `20 C`");
     refused(
         "pings.csv",
         "cold-20",

@@ -142,7 +142,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
         json!({
             "file": f.file, "ln_best_fit": e.ln_best_fit, "ln_occam": e.ln_occam, "ln_marginal": e.ln_marginal,
             "unknowns": unknowns.collect::<Vec<_>>(),
-            "model_error": { "growth_rate_per_s": growth, "frequency_hz": frequency / TAU, "pressure": pressure },
+            "model_error": { "growth_rate": growth, "frequency_hz": frequency / TAU, "pressure": pressure },
             "covariance": covariance(&f.saved),
             "residuals": residuals(f),
             "remark": f.model().remark,
@@ -165,7 +165,7 @@ fn residuals(found: &Found) -> Vec<serde_json::Value> {
     let of = |(m, p): (&MeasuredRecord, &[f64; 2])| {
         let omega = less(m.angular_frequency, p[1]);
         json!({
-            "row": m.point, "mode": m.mode, "growth_rate_per_s": less(m.growth_rate, p[0]),
+            "row": m.point, "mode": m.mode, "growth_rate": less(m.growth_rate, p[0]),
             "frequency_hz": omega.map(|omega| omega / TAU),
         })
     };

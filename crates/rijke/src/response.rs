@@ -84,8 +84,8 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
             serde_json::json!({ "name": driven.title, "frequency_hz": frequencies, "responses": all });
         ui.document(serde_json::to_string_pretty(&document).or_failed()?);
     } else if args.csv {
-        let names = columns.iter().flat_map(|(name, _)| [format!("{name} re"), format!("{name} im")]);
-        let head = std::iter::once("frequency_hz".to_owned()).chain(names).collect();
+        let names = columns.iter().flat_map(|(name, _)| [format!("{name}_re"), format!("{name}_im")]);
+        let head = std::iter::once("frequency [Hz]".to_owned()).chain(names).collect();
         let row = |(k, f): (usize, &f64)| {
             let numbers = columns.iter().flat_map(|(_, z)| [z[k].re, z[k].im]);
             std::iter::once(*f).chain(numbers).map(|v| v.to_string()).collect()

@@ -13,13 +13,7 @@ pub(crate) fn read_ambient(
     path: &Path,
     campaign: &Campaign,
 ) -> Result<BTreeMap<usize, [f64; 2]>, StudyError> {
-    let mut source = Source::read_table(path)?;
-    // What signal processing writes has the units in the names.
-    for (old, new) in [("ambient_temperature_K", "T_amb [K]"), ("ambient_temperature_sd_K", "T_amb_sd [K]")] {
-        let end = source.text.find('\n').unwrap_or(source.text.len());
-        let header = source.text[..end].replace(old, new);
-        source.text.replace_range(..end, &header);
-    }
+    let source = Source::read_table(path)?;
     let read = Campaign::parse(&source)?;
     let mut ambient = BTreeMap::new();
     for point in read.points {

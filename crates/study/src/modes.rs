@@ -90,7 +90,7 @@ pub fn read_modes(path: &Path, rig: &Rig, campaign: &Campaign) -> Result<Vec<Obs
 /// Whether a column, by its heading, holds what was measured of a mode, whatever the microphones are called.
 pub(crate) fn is_of_modes(text: &str) -> bool {
     let name = text.split(['[', ' ']).next().unwrap_or_default();
-    let word = name.strip_prefix("sd_").or_else(|| name.strip_suffix("_sd")).unwrap_or(name);
+    let word = name.strip_suffix("_sd").unwrap_or(name);
     let of_pressure = |word: &str| ["_re", "_im", "_abs", "_arg"].iter().any(|end| word.ends_with(end));
     // With what is written behind them: a misspelled one is told with the known ones, and is no factor.
     let known = ["growth_rate", "frequency", "angular_frequency"];
@@ -156,14 +156,8 @@ pub(crate) fn parse(
 }
 
 fn column(text: &str, rig: &Rig) -> Result<Column, StudyProblem> {
-    // What signal processing writes has the units in the names.
-    let heading = match text {
-        "growth_rate_per_s" => Heading { name: "growth_rate".into(), unit: None },
-        "angular_frequency_rad_per_s" => Heading { name: "angular_frequency".into(), unit: None },
-        "sd_growth_rate_per_s" => Heading { name: "growth_rate_sd".into(), unit: None },
-        "sd_angular_frequency_rad_per_s" => Heading { name: "angular_frequency_sd".into(), unit: None },
-        text => Heading::parse(text).map_err(|source| StudyProblem::Unit { key: text.to_owned(), source })?,
-    };
+    let heading =
+        Heading::parse(text).map_err(|source| StudyProblem::Unit { key: text.to_owned(), source })?;
     let name = heading.name.as_str();
     match name {
         "point" => return Ok(Column::Point),
@@ -191,8 +185,7 @@ fn column(text: &str, rig: &Rig) -> Result<Column, StudyProblem> {
     if let Some((a, b)) = name.strip_prefix("cov_").and_then(|rest| pair(rest, rig)) {
         return Ok(Column::Covariance(a, b));
     }
-    let plain = name.strip_prefix("sd_").or_else(|| name.strip_suffix("_sd"));
-    let (word, is_sd) = plain.map_or((name, false), |word| (word, true));
+    let (word, is_sd) = name.strip_suffix("_sd").map_or((name, false), |word| (word, true));
     let Some(number) = number(word, rig) else {
         let microphones = rig.microphones.names.iter().map(|m| format!("{m}_re, {m}_im"));
         let all: Vec<String> = ["point", "mode", "growth_rate", "frequency", "angular_frequency"]
@@ -209,8 +202,8 @@ fn column(text: &str, rig: &Rig) -> Result<Column, StudyProblem> {
 
 fn number(word: &str, rig: &Rig) -> Option<Number> {
     match word {
-        "growth_rate" | "growth_rate_per_s" => return Some(Number::GrowthRate),
-        "frequency" | "angular_frequency" | "angular_frequency_rad_per_s" => return Some(Number::Frequency),
+        "growth_rate" => return Some(Number::GrowthRate),
+        "frequency" | "angular_frequency" => return Some(Number::Frequency),
         _ => {}
     }
     let (microphone, part) = word.rsplit_once('_')?;

@@ -57,13 +57,8 @@ impl TubeObservations {
         let wrong = |(place, problem): (String, Problem)| RigError::invalid(&path, place, problem);
         let keys = |place: &str, what: &'static str| wrong((place.to_owned(), Problem::Keys { what }));
         let points = || observations.points.iter().map(|p| &p.point);
-        let Some(HeatedTube { mut rig, ramps }) = HeatedTube::read_within(folder, points())? else {
-            let what = "is missing; the flow needs the geometry of the heated tube: put tube.toml beside the records and process \
-                        them again, or beside the observations";
-            return Err(keys("the file", what));
-        };
         for name in [POSITION, POWER] {
-            if points().all(|p| p.factor(name).is_none()) {
+            if path.is_file() && points().all(|p| p.factor(name).is_none()) {
                 let known: std::collections::BTreeSet<String> =
                     points().flat_map(|p| p.factors.keys().cloned()).collect();
                 let problem =
@@ -71,6 +66,11 @@ impl TubeObservations {
                 return Err(RigError::invalid(&folder.join("points.csv"), "factors", problem));
             }
         }
+        let Some(HeatedTube { mut rig, ramps }) = HeatedTube::read_within(folder, points())? else {
+            let what = "is missing; the flow needs the geometry of the heated tube: put tube.toml beside the records and process \
+                        them again, or beside the observations";
+            return Err(keys("the file", what));
+        };
         let known = &observations.rig;
         let close = |a: f64, b: f64| (a - b).abs() <= SAME * b.abs();
         let speed = |gas: &rijke_rig::Gas, kelvin: f64| gas.at(kelvin, rig.pressure).sound_speed;

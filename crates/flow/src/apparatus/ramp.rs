@@ -32,8 +32,9 @@ pub struct Logged {
 #[serde(deny_unknown_fields)]
 struct Row {
     ramp: String,
-    time_s: f64,
-    #[serde(rename = "power_W")]
+    #[serde(rename = "time [s]")]
+    time: f64,
+    #[serde(rename = "power [W]")]
     power: f64,
     point: Option<String>,
 }
@@ -66,8 +67,8 @@ impl Ramp {
         if path.is_file() { Self::read(&path, &points.collect::<Vec<_>>()) } else { Ok(Vec::new()) }
     }
 
-    /// Reads the runs of a file (CSV: `ramp`, `time_s`, `power_W`, `point`), whose points are among `points`.
-    /// The rows of one run are in the order of time.
+    /// Reads the runs of a file (CSV: `ramp`, `time [s]`, `power [W]`, `point`), whose points are among
+    /// `points`. The rows of one run are in the order of time.
     ///
     /// # Errors
     /// The file, the line and the remedy.
@@ -114,7 +115,7 @@ impl Ramp {
                 *first = first.or(point);
             }
             let ramp = &mut ramps[known];
-            let Row { time_s: time, power, point, .. } = row;
+            let Row { time, power, point, .. } = row;
             if !(time.is_finite() && (0.0..=1e6).contains(&power)) {
                 let message =
                     format!("{time} s, {power} W: give a finite time in s and a power from 0 to 1e6 W");
@@ -155,7 +156,7 @@ impl Ramp {
         }
         let row = |ramp: &Self, row: &Logged| Row {
             ramp: ramp.id.clone(),
-            time_s: row.time,
+            time: row.time,
             power: row.power,
             point: row.point.clone(),
         };
@@ -226,7 +227,7 @@ mod tests {
         found.map_err(|e| e.to_string().replace(&format!("{}/", folder.display()), ""))
     }
 
-    const HEAD: &str = "ramp,time_s,power_W,point\na,0,7,\na,900,7,H7-25\n";
+    const HEAD: &str = "ramp,time [s],power [W],point\na,0,7,\na,900,7,H7-25\n";
 
     #[test]
     fn exact_runs_are_read_as_logged_and_survive_the_disk() {
@@ -259,7 +260,7 @@ mod tests {
             let said = read(&format!("{HEAD}{rows}"), name).unwrap_err();
             assert!(said.contains(words), "{name}: {said}");
         }
-        let said = read("ramp,time,power_W,point\na,0,7,H7-25\n", "header").unwrap_err();
-        assert!(said.contains("time_s"), "{said}");
+        let said = read("ramp,time,power [W],point\na,0,7,H7-25\n", "header").unwrap_err();
+        assert!(said.contains("time [s]"), "{said}");
     }
 }

@@ -8,3 +8,4 @@ pub(crate) mod laws;
 pub(crate) mod profiles;
 pub(crate) mod state;
 pub(crate) mod states;
+pub(crate) mod table;

@@ -3,6 +3,7 @@
 
 use super::state::{BaseState, ErrorComponent};
 use super::states::BaseStates;
+use super::table::{at, readings, rows};
 use crate::apparatus::geometry::TubeRig;
 use crate::apparatus::observed::TubeObservations;
 use crate::apparatus::point::TubePoint;
@@ -11,16 +12,12 @@ use rijke_rig::Gas;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// The file of profiles in a folder of observations: `point, x_m, temperature_K, temperature_sd_K`, or with
-/// `sound_speed_m_per_s, sound_speed_sd_m_per_s` in their place. One row per place.
+/// The file of profiles in a folder of observations: `point, at [m], temperature [K], sd [K]`, or with
+/// `sound_speed [m/s], sd [m/s]` in their place. One row per place.
 pub const PROFILES: &str = "profiles.csv";
 
-/// The file of velocities, which may be missing: `point, heater_velocity_m_per_s,
-/// heater_velocity_sd_m_per_s`.
+/// The file of velocities at the heater, which may be missing: `point, velocity [m/s], sd [m/s]`.
 pub const VELOCITIES: &str = "velocities.csv";
-
-/// A row of a table: the line, the name of the point and the numbers.
-type Row = (usize, String, Vec<f64>);
 
 /// Base states of all points that the files of `folder` speak of.
 ///
@@ -35,12 +32,7 @@ pub fn read_profiles(folder: &Path, observations: &TubeObservations) -> Result<B
     let points: BTreeMap<&str, &TubePoint> =
         observations.points.iter().map(|p| (p.point.id.as_str(), &p.point)).collect();
     let path = folder.join(PROFILES);
-    let sound = ["point", "x_m", "sound_speed_m_per_s", "sound_speed_sd_m_per_s"];
-    let warm = ["point", "x_m", "temperature_K", "temperature_sd_K"];
-    let (by_sound, rows) = match rows(&path, &warm) {
-        Ok(rows) => (false, rows),
-        Err(error) => (true, rows(&path, &sound).map_err(|_| error)?),
-    };
+    let (by_sound, rows) = readings(&path)?;
     let mut nodes: BTreeMap<String, Vec<[f64; 3]>> = BTreeMap::new();
     for (line, id, numbers) in rows {
         let wrong = |problem: String| at(&path, line, &problem);
@@ -139,9 +131,7 @@ fn velocities(
         return Ok(BTreeMap::new());
     }
     let mut all = BTreeMap::new();
-    for (line, id, numbers) in
-        rows(path, &["point", "heater_velocity_m_per_s", "heater_velocity_sd_m_per_s"])?
-    {
+    for (line, id, numbers) in rows(path, &[("velocity", "m/s"), ("sd", "m/s")])? {
         known(points, &id).map_err(|problem| at(path, line, &problem))?;
         if !numbers[..2].iter().all(|v| (0.0..1e3).contains(v)) {
             return Err(at(path, line, "velocity and sd must lie from 0 to 1000 m/s"));
@@ -158,44 +148,6 @@ fn known(points: &BTreeMap<&str, &TubePoint>, id: &str) -> Result<(), String> {
     } else {
         Err(format!("the operating point `{id}` is not known; known: {}", names()))
     }
-}
-
-fn at(path: &Path, line: usize, problem: &str) -> FlowError {
-    FlowError::File { file: path.to_path_buf(), problem: format!("line {line}: {problem}") }
-}
-
-/// A name and finite numbers per row, under exactly these names of columns.
-fn rows(path: &Path, header: &[&str]) -> Result<Vec<Row>, FlowError> {
-    let problem = |e: csv::Error| FlowError::File { file: path.to_path_buf(), problem: e.to_string() };
-    let text = rijke_numerics::read_text(path).map_err(|e| problem(e.into()))?;
-    let mut file = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(text.as_bytes());
-    let found: Vec<String> = file
-        .headers()
-        .map_err(problem)?
-        .iter()
-        .map(|c| c.trim_start_matches('\u{feff}').to_owned())
-        .collect();
-    if found != header {
-        return Err(at(
-            path,
-            1,
-            &format!("the columns are {}; they must be {}", found.join(", "), header.join(", ")),
-        ));
-    }
-    let mut all = Vec::new();
-    for record in file.records() {
-        let record = record.map_err(problem)?;
-        let line = record.position().map_or(0, |p| p.line() as usize);
-        let number = |k: usize| {
-            let value = record[k].parse::<f64>().ok().filter(|v| v.is_finite());
-            value.ok_or_else(|| {
-                at(path, line, &format!("column {}: `{}` is not a finite number", header[k], &record[k]))
-            })
-        };
-        let numbers = (1..header.len()).map(number).collect::<Result<_, _>>()?;
-        all.push((line, record[0].to_owned(), numbers));
-    }
-    Ok(all)
 }
 
 #[cfg(test)]
@@ -227,14 +179,13 @@ mod tests {
             let row = |(x, kelvin): (f64, f64)| {
                 format!("H30-25,{x},{:?},{:?}\n", value(kelvin)[0], value(kelvin)[1])
             };
-            std::fs::write(folder.join(PROFILES), format!("point,x_m,{head}\n{}", rows.map(row).concat()))
+            std::fs::write(folder.join(PROFILES), format!("point,at [m],{head}\n{}", rows.map(row).concat()))
                 .unwrap();
             read_profiles(&folder, &observations)
         };
-        let warm = write("temperature_K,temperature_sd_K", &|kelvin| [kelvin, 0.5]).unwrap().points["H30-25"]
-            .clone();
+        let warm = write("temperature [K],sd [K]", &|kelvin| [kelvin, 0.5]).unwrap().points["H30-25"].clone();
         let slope = |t: f64| gas.at(t + 0.5, 101_325.0).sound_speed - gas.at(t - 0.5, 101_325.0).sound_speed;
-        let sound = write("sound_speed_m_per_s,sound_speed_sd_m_per_s", &|kelvin| {
+        let sound = write("sound_speed [m/s],sd [m/s]", &|kelvin| {
             [gas.at(kelvin, 101_325.0).sound_speed, 0.5 * slope(kelvin)]
         });
         let sound = sound.unwrap().points["H30-25"].clone();
@@ -246,11 +197,7 @@ mod tests {
         let sd = |state: &BaseState| state.sound_speed_covariance(&[0.3])[(0, 0)].sqrt();
         assert!((sd(&warm) / sd(&sound) - 1.0).abs() < 1e-6 && (sd(&warm) - 0.5 * slope(340.0)).abs() < 1e-6);
 
-        std::fs::write(
-            folder.join(VELOCITIES),
-            "point,heater_velocity_m_per_s,heater_velocity_sd_m_per_s\nH30-25,0.4,0.02\n",
-        )
-        .unwrap();
+        std::fs::write(folder.join(VELOCITIES), "point,velocity [mm/s],sd [mm/s]\nH30-25,400,20\n").unwrap();
         let moving = read_profiles(&folder, &observations).unwrap().points["H30-25"].clone();
         assert_eq!((moving.heater_velocity, moving.heater_velocity_sd()), (0.4, 0.02));
         assert!((moving.mass_flux - 0.4 * gas.at(294.0, 101_325.0).density).abs() < 1e-12);
@@ -260,7 +207,7 @@ mod tests {
             let said = read_profiles(&folder, &observations).unwrap_err().to_string();
             assert!(said.contains(says) && said.contains(PROFILES), "{said}");
         };
-        let head = "point,x_m,temperature_K,temperature_sd_K\n";
+        let head = "point,at [m],temperature [K],sd [K]\n";
         refused(&format!("{head}H30-25,0.2,21,0.5\n"), "line 2: 21 +- 0.5 is no temperature; give kelvin");
         refused(
             &format!("{head}H30-25,0.2,294,0.5\nH30-25,0.1,294,0.5\n"),
@@ -270,7 +217,11 @@ mod tests {
             &format!("{head}H99-25,0.2,294,0.5\n"),
             "line 2: the operating point `H99-25` is not known; known: H30-25",
         );
-        refused("point,x,T\n", "line 1: the columns are point, x, T; they must be point, x_m, temperature_K");
+        refused(
+            "point,x [m],T [K]\nH30-25,0.2,294\n",
+            "`x [m]` is not known; known: point, at, temperature, sd",
+        );
+        refused("point,at [m],temperature [K],sd [m]\nH30-25,0.2,294,1\n", "column `sd`");
         std::fs::remove_dir_all(folder).unwrap();
     }
 }

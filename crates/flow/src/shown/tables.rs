@@ -5,7 +5,7 @@ use crate::infer::report::{PowerReport, RunReport, UnknownReport};
 /// The unknowns of every run with two standard deviations on either side.
 #[must_use]
 pub fn unknowns_table(runs: &[RunReport]) -> Vec<Vec<String>> {
-    let head = ["heater_m", "unknown", "unit", "value", "low_2sd", "high_2sd", "posterior_over_prior_sd"];
+    let head = ["heater [m]", "unknown", "unit", "value", "low_2sd", "high_2sd", "posterior_over_prior_sd"];
     let row = |run: &RunReport, u: &UnknownReport| {
         let [at, value, low, high, shrinkage] =
             [run.heater_m, u.value, u.low, u.high, u.shrinkage].map(|v| v.to_string());
@@ -19,13 +19,13 @@ pub fn unknowns_table(runs: &[RunReport]) -> Vec<Vec<String>> {
 #[must_use]
 pub fn velocity_table(runs: &[RunReport]) -> Vec<Vec<String>> {
     let head = [
-        "heater_m",
-        "power_w",
-        "ambient_k",
-        "heater_velocity_m_per_s",
-        "heater_velocity_sd_m_per_s",
-        "highest_sound_speed_m_per_s",
-        "highest_sound_speed_sd_m_per_s",
+        "heater [m]",
+        "power [W]",
+        "T_amb [K]",
+        "velocity [m/s]",
+        "velocity_sd [m/s]",
+        "highest_sound_speed [m/s]",
+        "highest_sound_speed_sd [m/s]",
     ];
     let row = |run: &RunReport, p: &PowerReport| {
         let hottest = p.profile.iter().max_by(|a, b| a.sound_speed.total_cmp(&b.sound_speed));

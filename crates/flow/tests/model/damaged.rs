@@ -10,7 +10,8 @@ use std::path::{Path, PathBuf};
 
 const RIG: &str = include_str!("../../data/rigs/juniper-yoko-2022.toml");
 const CAMPAIGN: &str = include_str!("../../data/campaigns/juniper-yoko-2022.toml");
-const RAMPS: &str = "ramp,time_s,power_W,point\nup,0,7,\nup,900,7,H7-25\nup,1500,30,\nup,2400,30,H30-25\n";
+const RAMPS: &str =
+    "ramp,time [s],power [W],point\nup,0,7,\nup,900,7,H7-25\nup,1500,30,\nup,2400,30,H30-25\n";
 
 /// Observations of points of the paper, in which nothing was measured, beside the tube and a ramp.
 fn folder(name: &str) -> (PathBuf, Observations) {

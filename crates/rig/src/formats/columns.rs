@@ -92,6 +92,31 @@ impl Columns {
         Ok(values.into_iter().map(|v| unit.to_si(v)).collect())
     }
 
+    /// A column of standard deviations or other differences in the SI unit `wanted`: 1 degC is 1 K.
+    ///
+    /// # Errors
+    /// Those of [`Columns::numbers`].
+    pub fn differences(&self, name: &str, wanted: &str) -> Result<Vec<f64>, RigError> {
+        let (unit, values) = self.as_written(name)?;
+        let Some(unit) = unit else { return Ok(values) };
+        let unit = unit.of(wanted).map_err(|e| self.invalid(format!("column `{name}`"), Problem::Unit(e)))?;
+        Ok(values.into_iter().map(|v| unit.difference_to_si(v)).collect())
+    }
+
+    /// Refuses columns that nobody reads: a column too many is one misspelt, or of another kind of table.
+    ///
+    /// # Errors
+    /// A column that is none of `names`, which may have units behind them.
+    pub fn only(&self, names: &[&str]) -> Result<(), RigError> {
+        let read: Vec<usize> = names.iter().filter_map(|name| named(&self.headings, name).ok()).collect();
+        let strange = (0..self.headings.len()).find(|k| !read.contains(k));
+        strange.map_or(Ok(()), |k| {
+            let known = names.iter().map(|name| (*name).to_owned()).collect();
+            let problem = Problem::UnknownName { name: self.headings[k].clone(), known };
+            Err(self.invalid("header".into(), problem))
+        })
+    }
+
     /// A column of complex numbers, as programs write them: `(1.5e-3-2j)`, `1.5+2i`, or a plain number.
     ///
     /// # Errors

@@ -162,7 +162,7 @@ impl Row<'_> {
         let values = (0..count).map(value).collect::<Result<Vec<_>, _>>()?;
         let there: Vec<usize> = (0..count).filter(|i| !lacks(*i)).collect();
         let (mut covariance, mut column) = (Matrix::zeros(count, count), first + count);
-        if self.header.get(first + count).is_some_and(|name| name.starts_with("sd_")) {
+        if self.header.get(first + count).is_some_and(|name| !name.starts_with("cov_")) {
             for &i in &there {
                 let sd = self.number(first + count + i)?;
                 if sd <= 0.0 {

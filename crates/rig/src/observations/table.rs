@@ -1,9 +1,9 @@
-//! Observations as CSV: plain numbers, one header line, units in the names of the columns.
+//! Observations as CSV: plain numbers, one header line, units in the headings: `growth_rate [1/s]`.
 //!
 //! `points.csv` says what was measured; `pings.csv` and `clicks.csv` hold one row per operating point (the
 //! mean over repeats), `ping-repeats.csv` and `click-repeats.csv` one row per record. Covariances are written
 //! as the upper triangle, row by row: `cov_A_B` has the unit of A times the unit of B. Tables that were
-//! prepared by hand may have a standard deviation `sd_A` for every number instead, and `points.csv` may lack
+//! prepared by hand may have a standard deviation `A_sd` for every number instead, and `points.csv` may lack
 //! what counts records.
 
 use super::channels::ChannelErrors;
@@ -36,16 +36,8 @@ struct Origin {
 }
 
 /// Columns of `points.csv` beside those of factors.
-const POINTS: [&str; 8] = [
-    "point",
-    "row",
-    "repeats",
-    "day",
-    "ambient_temperature_K",
-    "ambient_temperature_sd_K",
-    "ping_count",
-    "click_count",
-];
+const POINTS: [&str; 8] =
+    ["point", "row", "repeats", "day", "T_amb [K]", "T_amb_sd [K]", "ping_count", "click_count"];
 
 impl Observations {
     /// Writes the folder; the file that makes it a set of observations, `observations.toml`, comes last.
@@ -153,39 +145,65 @@ impl Rejection {
     }
 }
 
-/// Names of the measured numbers of a ping: s, then the relative pressures but the reference's.
-fn ping_columns(microphones: usize, reference: usize) -> Vec<String> {
-    let mut names = vec!["growth_rate_per_s".to_owned(), "angular_frequency_rad_per_s".to_owned()];
-    for m in (0..microphones).filter(|m| *m != reference) {
-        names.extend([format!("p{}_re", m + 1), format!("p{}_im", m + 1)]);
+/// A measured number: its name, and its SI unit, none of a ratio.
+struct Number(String, &'static str);
+
+impl Number {
+    /// `growth_rate [1/s]`, with `end` behind the name.
+    fn heading(&self, end: &str) -> String {
+        with_unit(format!("{}{end}", self.0), self.1)
     }
-    names
+
+    /// That of the covariance with another.
+    fn covariance(&self, other: &Self) -> String {
+        let unit = match (self.1, other.1) {
+            ("1/s", "1/s") => "1/s^2",
+            ("1/s", "rad/s") => "rad/s^2",
+            ("rad/s", "rad/s") => "rad^2/s^2",
+            ("s", "s") => "s^2",
+            (unit, _) => unit,
+        };
+        with_unit(format!("cov_{}_{}", self.0, other.0), unit)
+    }
 }
 
-fn click_columns(microphones: usize) -> Vec<String> {
-    (1..=microphones).map(|m| format!("arrival{m}_s")).collect()
+fn with_unit(name: String, unit: &str) -> String {
+    if unit.is_empty() { name } else { format!("{name} [{unit}]") }
+}
+
+/// The measured numbers of a ping: s, then the relative pressures but the reference's.
+fn ping_columns(microphones: usize, reference: usize) -> Vec<Number> {
+    let mut all = vec![Number("growth_rate".into(), "1/s"), Number("angular_frequency".into(), "rad/s")];
+    for m in (0..microphones).filter(|m| *m != reference) {
+        all.extend(["re", "im"].map(|part| Number(format!("p{}_{part}", m + 1), "")));
+    }
+    all
+}
+
+fn click_columns(microphones: usize) -> Vec<Number> {
+    (1..=microphones).map(|m| Number(format!("arrival{m}"), "s")).collect()
 }
 
 /// `point[,repeat]`, the values, the covariance.
-fn header(columns: &[String], repeats: bool) -> Vec<String> {
+fn header(columns: &[Number], repeats: bool) -> Vec<String> {
     let mut names = vec!["point".to_owned()];
     if repeats {
         names.push("repeat".to_owned());
     }
-    names.extend(columns.iter().cloned());
+    names.extend(columns.iter().map(|c| c.heading("")));
     for (i, a) in columns.iter().enumerate() {
-        names.extend(columns[i..].iter().map(|b| format!("cov_{a}_{b}")));
+        names.extend(columns[i..].iter().map(|b| a.covariance(b)));
     }
     names
 }
 
 /// The header of a table of means as it is meant: with covariances, or with standard deviations if it has the
 /// first of them.
-fn header_of(path: &Path, columns: &[String]) -> Result<Vec<String>, RigError> {
-    let sd = |name: &String| format!("sd_{name}");
+fn header_of(path: &Path, columns: &[Number]) -> Result<Vec<String>, RigError> {
     let text = if path.exists() { read_text(path)? } else { String::new() };
-    let short = text.lines().next().is_some_and(|line| line.contains(&sd(&columns[0])));
-    let all = ["point".to_owned()].into_iter().chain(columns.iter().cloned()).chain(columns.iter().map(sd));
+    let short = text.lines().next().is_some_and(|line| line.contains(&columns[0].heading("_sd")));
+    let values = columns.iter().map(|c| c.heading(""));
+    let all = ["point".to_owned()].into_iter().chain(values).chain(columns.iter().map(|c| c.heading("_sd")));
     Ok(if short { all.collect() } else { header(columns, false) })
 }
 

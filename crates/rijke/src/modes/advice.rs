@@ -9,15 +9,15 @@ use serde::Serialize;
 pub(super) fn names(change: SmallChange) -> [&'static str; 2] {
     match change {
         SmallChange::Device(Device::Drag) => {
-            ["screen *e* \u{3c1}*c u*: d\u{3c3}/d*e* / s^{-1}", "by_screen_per_s"]
+            ["screen *e* \u{3c1}*c u*: d\u{3c3}/d*e* / s^{-1}", "by_screen [1/s]"]
         }
-        SmallChange::Device(Device::Heat) => ["heat *e u*: d\u{3c3}/d*e* / s^{-1}", "by_heat_per_s"],
+        SmallChange::Device(Device::Heat) => ["heat *e u*: d\u{3c3}/d*e* / s^{-1}", "by_heat [1/s]"],
         SmallChange::Device(Device::Leak) => {
-            ["leak *e p*/\u{3c1}*c*: d\u{3c3}/d*e* / s^{-1}", "by_leak_per_s"]
+            ["leak *e p*/\u{3c1}*c*: d\u{3c3}/d*e* / s^{-1}", "by_leak [1/s]"]
         }
-        SmallChange::Area => ["wider by 100 %: d\u{3c3}/d*x* / s^{-1} m^{-1}", "by_area_per_s_per_m"],
+        SmallChange::Area => ["wider by 100 %: d\u{3c3}/d*x* / s^{-1} m^{-1}", "by_area [1/(s m)]"],
         SmallChange::Temperature => {
-            ["warmer by 100 %: d\u{3c3}/d*x* / s^{-1} m^{-1}", "by_temperature_per_s_per_m"]
+            ["warmer by 100 %: d\u{3c3}/d*x* / s^{-1} m^{-1}", "by_temperature [1/(s m)]"]
         }
     }
 }

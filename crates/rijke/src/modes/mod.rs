@@ -129,7 +129,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     }
     if let Some(path) = &args.along {
         let key = |m: &ModeCurves| format!("{},{}", m.frequency_hz, m.growth_rate);
-        let text = along("frequency_hz,growth_rate_per_s", stations.iter().map(|m| (key(m), m)));
+        let text = along("frequency [Hz],growth_rate [1/s]", stations.iter().map(|m| (key(m), m)));
         write_whole(path, text.as_bytes())?;
         ui.note(format!("wrote {}", path.display()));
     }

@@ -121,16 +121,16 @@ pub(super) fn table(case: &Case, modes: &Modes, lines: &[Line], ui: &Ui) {
 
 pub(super) fn csv(lines: &[Line], ui: &Ui) -> Result<(), Failure> {
     let head = [
-        "frequency_hz",
-        "growth_rate_per_s",
+        "frequency [Hz]",
+        "growth_rate [1/s]",
         "residual",
         "condition",
         "multiplicity",
-        "upstream_end_per_s",
-        "downstream_end_per_s",
-        "viscous_wall_per_s",
-        "thermal_wall_per_s",
-        "elements_per_s",
+        "upstream_end [1/s]",
+        "downstream_end [1/s]",
+        "viscous_wall [1/s]",
+        "thermal_wall [1/s]",
+        "elements [1/s]",
     ];
     let row = |l: &Line| {
         let [frequency, growth] = [l.frequency_hz, l.growth_rate].map(|v| v.to_string());
@@ -162,5 +162,5 @@ pub(crate) fn along<'a>(keys: &str, modes: impl Iterator<Item = (String, &'a Mod
         }
     }
     let columns: String = columns.iter().map(|column| format!(",{column}")).collect();
-    format!("{keys},x_m,pressure,velocity_times_rho_c{columns}\n{rows}")
+    format!("{keys},x [m],pressure,velocity_times_rho_c{columns}\n{rows}")
 }

@@ -55,7 +55,7 @@ fn lab_states_of_a_ramp_are_true_within_their_errors() {
         )
     });
     let work = scratch("ramp-states");
-    let log = "ramp,time_s,power_W,point\na,0,30,\na,960,30,R30-25\na,1000,80,\na,1960,80,R80-25\na,2000,180,\n\
+    let log = "ramp,time [s],power [W],point\na,0,30,\na,960,30,R30-25\na,1000,80,\na,1960,80,R80-25\na,2000,180,\n\
                a,2960,180,R180-25\na,3000,0,\na,3200,0,R0-25\n";
     std::fs::write(
         work.join("campaign.toml"),

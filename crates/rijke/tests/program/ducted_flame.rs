@@ -65,7 +65,7 @@ fn lab_the_transfer_function_of_a_ducted_flame_is_found() {
         let all: Vec<f64> = residuals.iter().filter_map(|r| r[key].as_f64()).collect();
         (all.iter().map(|r| r * r).sum::<f64>() / all.len() as f64).sqrt()
     };
-    assert!(rms("growth_rate_per_s") < 3.0 && rms("frequency_hz") < 1.0, "{residuals:?}");
+    assert!(rms("growth_rate") < 3.0 && rms("frequency_hz") < 1.0, "{residuals:?}");
     // What a file says with a formula of its unknowns is a number in the one that is written.
     let text = fs::read_to_string(one).unwrap();
     let named = text.replace("\"$delay\"", "\"$tau*0.5*2\"").replace("[unknown.delay]", "[unknown.tau]");

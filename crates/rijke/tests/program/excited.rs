@@ -29,7 +29,7 @@ fn oracle_measured_transmission_tube_agrees_over_all_pairs() {
         let [distance, sd] = ["distance", "sd"].map(|k| pair[k].as_f64().unwrap());
         // Channels 3 and 4 are heard otherwise where channel 0 was put in their place: docs/measured.md.
         let most = if matches!(channel, 3 | 4) { 0.025 } else { 8e-3 };
-        assert!(distance < most && sd < 4e-3, "{pair}");
+        assert!(distance < most && sd < 5e-3, "{pair}");
     }
     let bands = |what: &str| answer[what][0]["bands"].as_array().unwrap().clone();
     for band in bands("empty") {

@@ -82,8 +82,8 @@ fn exact_curves_and_figure_are_written() {
         let mut lines = text.lines();
         assert_eq!(
             lines.next().unwrap(),
-            "frequency_hz,growth_rate_per_s,x_m,pressure,velocity_times_rho_c,by_screen_per_s,by_heat_per_s,\
-             by_leak_per_s,by_area_per_s_per_m,by_temperature_per_s_per_m"
+            "frequency [Hz],growth_rate [1/s],x [m],pressure,velocity_times_rho_c,by_screen [1/s],by_heat [1/s],\
+             by_leak [1/s],by_area [1/(s m)],by_temperature [1/(s m)]"
         );
         let rows: Vec<Vec<f64>> = lines.map(|l| l.split(',').map(|v| v.parse().unwrap()).collect()).collect();
         assert!(rows.iter().flatten().all(|v| v.is_finite()) && rows.len() > 200);

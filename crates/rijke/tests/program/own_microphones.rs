@@ -51,7 +51,7 @@ fn behaviour_a_gain_that_drifts_is_said_and_left_out() {
     let at = |name: &str| head.iter().position(|c| *c == name).unwrap();
     for row in rows {
         assert!(row[at("p4_re")].is_empty() && !row[at("p5_re")].is_empty());
-        let growth_rate: f64 = row[at("growth_rate_per_s")].parse().unwrap();
+        let growth_rate: f64 = row[at("growth_rate [1/s]")].parse().unwrap();
         assert!((growth_rate + 4.0).abs() < 0.01, "{growth_rate}");
     }
 }

@@ -90,10 +90,10 @@ fn behaviour_the_study_says_where_the_mode_lies_and_how_warm_it_was() {
     ] {
         assert!(said.contains(part), "{part}: {said}");
     }
-    let omega = cell(&folder, "pings.csv", "e-0", "angular_frequency_rad_per_s");
+    let omega = cell(&folder, "pings.csv", "e-0", "angular_frequency [rad/s]");
     assert!((omega - std::f64::consts::TAU * 67.5).abs() < 0.1, "{omega}");
-    assert_eq!(cell(&folder, "points.csv", "e-0", "ambient_temperature_K"), 291.5);
-    assert_eq!(cell(&folder, "points.csv", "e-0", "ambient_temperature_sd_K"), 0.2);
+    assert_eq!(cell(&folder, "points.csv", "e-0", "T_amb [K]"), 291.5);
+    assert_eq!(cell(&folder, "points.csv", "e-0", "T_amb_sd [K]"), 0.2);
     assert!(folder.join("observations/channels.toml").is_file());
     let (code, said) = process(&folder, &[]);
     assert!(code == Some(2) && said.contains("--force"), "{said}");
@@ -131,14 +131,14 @@ fn behaviour_the_rig_says_how_much_of_a_ring_down_is_fitted() {
             |p: &std::path::PathBuf| p.extension().is_some_and(|e| e == "svg") && !p.ends_with("delays.svg");
         let mut figures: Vec<_> = plots.map(|entry| entry.path()).filter(of_ping).collect();
         figures.sort();
-        (cell(&folder, "pings.csv", "e-0", "growth_rate_per_s"), fs::read(&figures[0]).unwrap())
+        (cell(&folder, "pings.csv", "e-0", "growth_rate [1/s]"), fs::read(&figures[0]).unwrap())
     };
     let ((short, brief), (usual, long)) = (sd("2.5"), sd("7"));
     assert!(short != usual && (short - usual).abs() < 0.05, "{short} {usual}");
     assert!(brief != long, "the picture of a ping has the window of its fit");
     fs::write(folder.join("rig.toml"), &rig).unwrap();
     assert_eq!(process(&folder, &["--force"]).0, Some(0));
-    assert_eq!(cell(&folder, "pings.csv", "e-0", "growth_rate_per_s"), usual);
+    assert_eq!(cell(&folder, "pings.csv", "e-0", "growth_rate [1/s]"), usual);
     let line = rig.lines().count() + 3;
     for (text, part) in [
         ("ping_decay_times = 0", "ping_decay_times"),

@@ -9,7 +9,7 @@ fn exact_profiles_become_base_states() {
     let folder = scratch("profiles");
     observations::write(&folder);
     let files = folder.join("data/observations");
-    let rows = "point,x_m,temperature_K,temperature_sd_K\nC3-05,0.2,300,0.5\nC3-05,0.8,320,0.5\n";
+    let rows = "point,at [m],temperature [K],sd [K]\nC3-05,0.2,300,0.5\nC3-05,0.8,320,0.5\n";
     fs::write(files.join("profiles.csv"), rows).unwrap();
     let output = rijke(&folder, &["flow", "data", "--out", "base-flow"]);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));

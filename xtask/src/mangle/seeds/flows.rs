@@ -38,12 +38,12 @@ pub(super) fn flow(bench: &mut Bench<'_>) -> Outcome {
         (
             "readings",
             "readings.csv",
-            "point,place_m,temperature_k,sound_speed_m_per_s,sd\nH30-25,0.30,331.0,,2.0\nH30-25,0.60,,352.5,0.8\n",
+            "point,at [m],temperature [K],sd [K]\nH30-25,0.30,331.0,2.0\nH30-25,0.60,310.5,0.8\n",
         ),
         (
             "profiles",
             "profiles.csv",
-            "point,x_m,temperature_K,temperature_sd_K\nH30-25,0.1,294.1,0.5\nH30-25,0.3,351.0,1.0\nH30-25,0.9,338.0,1.0\n",
+            "point,at [m],temperature [K],sd [K]\nH30-25,0.1,294.1,0.5\nH30-25,0.3,351.0,1.0\nH30-25,0.9,338.0,1.0\n",
         ),
         ("closures", "closures.toml", "entrance_loss = 0.6\nemissivity = 0.8\nheater_lag = 30.0\n"),
     ] {
@@ -52,7 +52,7 @@ pub(super) fn flow(bench: &mut Bench<'_>) -> Outcome {
         let at = if name == "closures" { other.join(file) } else { other.join("observations").join(file) };
         write(&at, text)?;
         if name == "profiles" {
-            let text = "point,heater_velocity_m_per_s,heater_velocity_sd_m_per_s\nH30-25,0.31,0.02\n";
+            let text = "point,velocity [m/s],sd [m/s]\nH30-25,0.31,0.02\n";
             write(&other.join("observations/velocities.csv"), text)?;
         }
         match name {

@@ -1,8 +1,8 @@
 //! Readings of thermometers or of the speed of sound along the tube, for users without clicks.
 
+use crate::base::table::{at, readings};
 use crate::error::FlowError;
 use crate::infer::sensor::SensorKind;
-use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -11,22 +11,11 @@ pub(crate) type OfPoint = Vec<(SensorKind, f64, f64)>;
 
 /// Readings along the tube by operating point: `readings.csv` beside the observations.
 ///
-/// One row per reading, with the columns `point`, `place_m`, `temperature_k`, `sound_speed_m_per_s` and `sd`;
-/// one of the two quantities is given and the other left empty, and `sd` (K or m/s) is the standard deviation
-/// of that reading, errors of calibration included.
+/// One row per reading, with the columns `point`, `at [m]`, `temperature [K]` or `sound_speed [m/s]`, and
+/// `sd`, the standard deviation of the reading in its unit, errors of calibration included.
 #[derive(Clone, Debug, Default)]
 pub struct Readings {
     pub(crate) points: BTreeMap<String, OfPoint>,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Row {
-    point: String,
-    place_m: f64,
-    temperature_k: Option<f64>,
-    sound_speed_m_per_s: Option<f64>,
-    sd: f64,
 }
 
 impl Readings {
@@ -38,34 +27,22 @@ impl Readings {
     /// # Errors
     /// [`FlowError::File`] with the line and what is wrong in it.
     pub fn read(path: &Path, known: &dyn Fn(&str) -> bool) -> Result<Self, FlowError> {
-        let problem = |problem: String| FlowError::File { file: path.to_path_buf(), problem };
-        let text = rijke_numerics::read_text(path).map_err(|e| problem(e.to_string()))?;
-        let mut file = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(text.as_bytes());
+        let (by_speed, rows) = readings(path)?;
         let mut points: BTreeMap<String, OfPoint> = BTreeMap::new();
-        for (index, row) in file.deserialize::<Row>().enumerate() {
-            let line = index + 2;
-            let row = row.map_err(|e| problem(e.to_string()))?;
-            if !known(&row.point) {
-                let why = format!("line {line}: points.csv has no operating point `{}`", row.point);
-                return Err(problem(why));
+        for (line, point, numbers) in rows {
+            if !known(&point) {
+                return Err(at(path, line, &format!("points.csv has no operating point `{point}`")));
             }
-            let place = row.place_m;
-            let (kind, value) = match (row.temperature_k, row.sound_speed_m_per_s) {
-                (Some(value), None) => (SensorKind::Temperature { place }, value),
-                (None, Some(value)) => (SensorKind::SoundSpeed { place }, value),
-                _ => {
-                    let why = "give either temperature_k or sound_speed_m_per_s, and leave the other empty";
-                    return Err(problem(format!("line {line}: {why}")));
-                }
-            };
-            let positive = |v: f64| v.is_finite() && v > 0.0;
+            let (place, value, sd) = (numbers[0], numbers[1], numbers[2]);
+            let kind =
+                if by_speed { SensorKind::SoundSpeed { place } } else { SensorKind::Temperature { place } };
             let [least, most] = kind.sds();
-            if !positive(value) || !(least..most).contains(&row.sd) {
+            if !(value.is_finite() && value > 0.0 && (least..most).contains(&sd)) {
                 let why =
                     "the reading must be positive (temperatures in kelvin), and its sd from 0.001 to 1000";
-                return Err(problem(format!("line {line}: {value} +- {}: {why}", row.sd)));
+                return Err(at(path, line, &format!("{value} +- {sd}: {why}")));
             }
-            points.entry(row.point).or_default().push((kind, value, row.sd));
+            points.entry(point).or_default().push((kind, value, sd));
         }
         Ok(Self { points })
     }
@@ -89,24 +66,23 @@ mod tests {
 
     #[test]
     fn exact_readings_are_read_and_bad_lines_named() {
-        const HEAD: &str = "point,place_m,temperature_k,sound_speed_m_per_s,sd\n";
+        const HEAD: &str = "point,at [m],temperature [K],sd [K]\n";
         let good =
-            read(&format!("{HEAD}H180-25, 0.5, 412.5, , 1.5\nH180-25,0.7,,401.0,0.8\n"), "good").unwrap();
-        let expected = [
-            (SensorKind::Temperature { place: 0.5 }, 412.5, 1.5),
-            (SensorKind::SoundSpeed { place: 0.7 }, 401.0, 0.8),
-        ];
-        assert_eq!(good.of("H180-25"), expected);
+            read("point,at [mm],temperature [degC],sd [degC]\nH180-25, 500, 139.35, 1.5\n", "good").unwrap();
+        assert_eq!(good.of("H180-25"), [(SensorKind::Temperature { place: 0.5 }, 412.5, 1.5)]);
         assert!(good.of("H7-25").is_empty());
+        let good = read("point,at [m],sound_speed [m/s],sd [m/s]\nH180-25,0.7,401.0,0.8\n", "speed").unwrap();
+        assert_eq!(good.of("H180-25"), [(SensorKind::SoundSpeed { place: 0.7 }, 401.0, 0.8)]);
         for (name, row, words) in [
-            ("point", "X-25,0.5,400,,1\n", "no operating point `X-25`"),
-            ("both", "H7-25,0.5,400,380,1\n", "line 2: give either"),
-            ("celsius", "H7-25,0.5,-4,,1\n", "line 2: -4 +- 1"),
-            ("sd", "H7-25,0.5,300,,0\n", "line 2: 300 +- 0"),
-            ("text", "H7-25,middle,300,,1\n", "invalid float"),
+            ("point", "X-25,0.5,400,1\n", "no operating point `X-25`"),
+            ("celsius", "H7-25,0.5,-4,1\n", "line 2: -4 +- 1"),
+            ("sd", "H7-25,0.5,300,0\n", "line 2: 300 +- 0"),
+            ("text", "H7-25,middle,300,1\n", "line 2, column `at`"),
         ] {
             let word = read(&format!("{HEAD}{row}"), name).unwrap_err();
             assert!(word.contains(words) && word.contains("rijke-readings"), "{word}");
         }
+        let both = "point,at [m],temperature [K],sound_speed [m/s],sd [K]\nH7-25,0.5,400,380,1\n";
+        assert!(read(both, "both").unwrap_err().contains("sound_speed"));
     }
 }

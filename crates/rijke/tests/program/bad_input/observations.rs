@@ -2,7 +2,7 @@
 
 use super::{Case, case, edit};
 use crate::short;
-use rijke_flow::{TubeCampaign, TubeRig};
+use rijke_flow::{HeatedTube, TubeCampaign, TubeRig};
 use rijke_numerics::{C64, Matrix};
 use rijke_rig::{DataKind, Day, Observations, Ping, PointObservations};
 use std::{fs, path::Path};
@@ -47,6 +47,8 @@ pub(crate) fn write(folder: &Path) {
     };
     fs::create_dir_all(folder.join("data/observations")).unwrap();
     observations.write(&folder.join("data/observations")).unwrap();
+    let tube = include_str!("../../../../flow/data/rigs/juniper-yoko-2022.toml");
+    fs::write(folder.join("data/observations").join(HeatedTube::FILE), tube).unwrap();
 }
 
 /// Changes the `n`-th cell of the second line of a table.
@@ -104,7 +106,7 @@ pub(super) const CASES: [Case; 24] = [
     case(
         "point of a ramp whose state would be taken for settled",
         |d| {
-            let text = "ramp,time_s,power_W,point\nup,0,0,\nup,90,0,C3-E\n";
+            let text = "ramp,time [s],power [W],point\nup,0,0,\nup,90,0,C3-E\n";
             fs::write(d.join("data/observations/ramps.csv"), text).unwrap();
         },
         RANK,
@@ -138,7 +140,7 @@ pub(super) const CASES: [Case; 24] = [
     ),
     case(
         "other columns",
-        |d| edit(d, "data/observations/pings.csv", "growth_rate_per_s", "growth"),
+        |d| edit(d, "data/observations/pings.csv", "growth_rate [1/s]", "growth"),
         RANK,
         ["pings.csv, line 1", "no column called `growth`", "growth_rate, frequency"],
     ),
@@ -146,13 +148,13 @@ pub(super) const CASES: [Case; 24] = [
         "word in the place of a number",
         |d| cell(d, "pings.csv", 1, "fast"),
         RANK,
-        ["pings.csv, line 2", "`growth_rate_per_s` is `fast`", "a finite number"],
+        ["pings.csv, line 2", "`growth_rate [1/s]` is `fast`", "a finite number"],
     ),
     case(
         "infinite frequency",
         |d| cell(d, "pings.csv", 2, "inf"),
         RANK,
-        ["pings.csv, line 2", "`angular_frequency_rad_per_s` is `inf`", "a finite number"],
+        ["pings.csv, line 2", "`angular_frequency [rad/s]` is `inf`", "a finite number"],
     ),
     case(
         "variance of zero",
@@ -208,10 +210,10 @@ pub(super) const CASES: [Case; 24] = [
         "clicks of other microphones",
         |d| {
             let path = d.join("data/observations/clicks.csv");
-            fs::write(path, "point,arrival1_s,arrival3_s\n").unwrap();
+            fs::write(path, "point,arrival1 [s],arrival3 [s]\n").unwrap();
         },
         "flow data --out base-flow",
-        ["clicks.csv", "column 3 is `arrival3_s`, expected `arrival2_s`", "keep the header"],
+        ["clicks.csv", "column 3 is `arrival3 [s]`, expected `arrival2 [s]`", "keep the header"],
     ),
     case(
         "no flow to infer",
