@@ -159,7 +159,7 @@ pub enum EngineError {
     },
     /// An ambient temperature is missing.
     #[error(
-        "operating point {point} has no ambient temperature; give T_amb in the campaign, or temperatures in rig.toml"
+        "operating point {point} has no ambient temperature; give the column T_amb in the campaign, the temperature of the records, or temperatures in rig.toml"
     )]
     NoTemperature {
         /// The operating point.
@@ -242,6 +242,18 @@ pub enum EngineError {
         candidate: String,
         /// Why, and the remedy.
         problem: &'static str,
+    },
+    /// A question about a point at which a model of its stage is undefined.
+    #[error(
+        "question `{question}` asks for what the model {model} may predict: {source}; take the point out of its `points`, as with where = {{ FACTOR = {{ above = 0 }} }}, or correct the laws"
+    )]
+    Unanswerable {
+        /// The question.
+        question: String,
+        /// The candidates.
+        model: String,
+        /// Why.
+        source: Box<EngineError>,
     },
     /// A stage that cannot be run as it is asked for.
     #[error("stage `{stage}`: {problem}")]

@@ -2,6 +2,7 @@
 //! `modes`.
 
 use crate::errors::Common;
+use crate::gaussian::{LARGEST, is_covariance};
 use crate::{EngineError, Trained};
 use rijke_inference::NoiseEstimate;
 use rijke_numerics::Matrix;
@@ -45,6 +46,9 @@ pub struct SavedModel {
     pub measured_hz: Option<[f64; 2]>,
 }
 
+/// Larger noise is of no measurement: growth rates in 1/s, angular frequencies in rad/s, pressures relative.
+const LARGEST_NOISE: f64 = 1e9;
+
 impl SavedModel {
     /// Keeps what a training found.
     #[must_use]
@@ -86,11 +90,10 @@ impl SavedModel {
         let whole = self.mean.len() == n
             && self.own <= n
             && self.covariance.len() == n
-            && self.covariance.iter().all(|row| row.len() == n)
             && self.causes.windows(2).all(|w| w[0].1.len() == w[1].1.len())
-            && self.mean.iter().chain(self.covariance.iter().flatten()).all(|v| v.is_finite())
-            && self.covariance.iter().enumerate().all(|(k, row)| row[k] >= 0.0)
-            && self.noise.iter().all(|(_, sd)| *sd >= 0.0 && sd.is_finite());
+            && self.causes.iter().flat_map(|c| &c.1).chain(&self.mean).all(|v| v.abs() <= LARGEST)
+            && is_covariance(&self.covariance)
+            && self.noise.iter().all(|(_, sd)| (0.0..=LARGEST_NOISE).contains(sd));
         if !whole {
             return Err(EngineError::Damaged { stage: self.stage.clone() });
         }

@@ -108,6 +108,16 @@ pub enum FlowError {
         /// Unknowns.
         need: usize,
     },
+    /// More samples than any run needs.
+    #[error(
+        "{have} samples are more than the {most} that are read: give samples at longer intervals, and look whether a row was repeated"
+    )]
+    TooManySamples {
+        /// Samples of the run.
+        have: usize,
+        /// Most that are read.
+        most: usize,
+    },
     /// A sample whose readings are not as many as the sensors, or not finite.
     #[error("sample {index} has {got} readings for {need} sensors, or one of them is not a number")]
     Readings {

@@ -201,6 +201,9 @@ impl ExcitedRecords {
         let manifest: Manifest = parse_toml(&text, &path)?;
         let wrong = |place: &str, what| Err(RigError::invalid(&path, place, Problem::Keys { what }));
         let [low, high] = manifest.band_hz;
+        if low >= high {
+            return wrong("`band_hz`", "must have the lower frequency first, as in [100, 900]");
+        }
         if !(manifest.rate_hz > 0.0 && low > 0.0 && low < high && high < 0.5 * manifest.rate_hz) {
             return wrong(
                 "`rate_hz`, `band_hz`",

@@ -6,11 +6,11 @@ mod records;
 use crate::{
     failure::Failure,
     number,
-    study::{measured, observations, of_the_engine, open, warn_of_doubts},
+    study::{measured, observations, of_the_engine, open, warn_of_copies, warn_of_doubts},
     study_responses,
     ui::Ui,
 };
-use rijke_engine::run::foresight;
+use rijke_engine::run::{answerable, foresight};
 use rijke_study::Study;
 use rijke_study::plan::{Base, Stage};
 use serde_json::json;
@@ -91,9 +91,17 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     study.unused().iter().for_each(|said| ui.note(format!("warning: {said}")));
     warn_of_doubts(ui, &study);
     match (&observed, &recorded) {
-        (Some(o), _) => ui.say(format!("observations: {} modes", o.modes.len())),
+        (Some(o), _) => {
+            ui.say(format!("observations: {} modes", o.modes.len()));
+            warn_of_copies(ui, &study, o);
+            let idle = study.idle_channels().map_err(Failure::bad_input)?;
+            idle.iter().for_each(|said| ui.note(format!("warning: {said}")));
+        }
         (None, Some(_)) => ui.say("no record is processed yet"),
         (None, None) => ui.say("nothing is measured yet"),
+    }
+    if let Some(observed) = &observed {
+        answerable(&study, observed).map_err(|e| of_the_engine(&e, &dir.join("study.toml")))?;
     }
     let found = foresight(&study, observed.as_ref(), [growth, frequency, pressure], PLANNED_AMBIENT)
         .map_err(|e| of_the_engine(&e, dir))?;

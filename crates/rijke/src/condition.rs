@@ -31,14 +31,15 @@ pub(crate) fn condition(flag: &str, text: &str) -> Result<AskedPoint, Failure> {
     Ok(AskedPoint::new(values, day))
 }
 
-/// Where the ambient temperature of a condition and its error come from, as far as its words do not say it.
-pub(crate) fn surroundings(asked: &AskedPoint, point: &Point) -> Option<String> {
+/// Where the ambient temperature of a condition and its error come from, as far as its words do not say it;
+/// `nearest` is the point of which it has all that it does not say.
+pub(crate) fn surroundings(asked: &AskedPoint, point: &Point, nearest: &str) -> Option<String> {
     let [kelvin, sd] = point.ambient?;
     let given = |name: &str| asked.values.contains_key(name);
     let temperature = match (given("T_amb"), &asked.day) {
         (true, _) => None,
-        (false, None) => Some("that of the nearest point".to_owned()),
-        (false, Some(day)) => Some(format!("that of the nearest point of day {day}")),
+        (false, None) => Some(format!("that of {nearest}, the nearest point")),
+        (false, Some(day)) => Some(format!("that of {nearest}, the nearest point of day {day}")),
     };
     let error = match (given("T_amb_sd"), &asked.day) {
         (true, _) => None,

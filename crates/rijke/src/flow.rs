@@ -120,7 +120,7 @@ fn infer(args: &Args, dir: &Path, closures: &Closures, ui: &Ui) -> Result<Vec<St
         }
         _ => over_time(args, dir, closures, ui)?,
     };
-    let staged = StagedFolder::new(&args.out, "flow.json", args.force)?;
+    let staged = StagedFolder::new(&args.out, "flow.json", args.force)?.told(ui);
     let write = |name: &str, text: String| {
         let path = staged.path().join(name);
         std::fs::write(&path, text).or_failed().map_err(|f| f.at(&path))
@@ -199,6 +199,9 @@ fn readings(folder: &Path, observations: &TubeObservations) -> Result<(PathBuf, 
     Ok((file, readings))
 }
 
+/// Samples, of all runs, from which on a filter or the smoother takes long enough to say so.
+const MANY_SAMPLES: usize = 1000;
+
 /// From samples over time. A filter that is drawn has the batch fits of the same runs beside it.
 fn over_time(
     args: &Args,
@@ -219,6 +222,12 @@ fn over_time(
         Choice::Paper => (AssimilationMethod::Paper, true),
         Choice::SquareRoot => (AssimilationMethod::SquareRoot, true),
     };
+    let samples: usize = records.runs.iter().map(|(_, run)| run.samples.len()).sum();
+    if !matches!(method, AssimilationMethod::Batch) && samples > MANY_SAMPLES {
+        ui.note(format!(
+            "{samples} samples: this method takes the whole ensemble through each, which takes minutes; --method batch needs seconds"
+        ));
+    }
     let progress = ui.progress("places of the heat source", records.runs.len() as u64);
     let done = || progress.advance(1);
     let found = assimilate::infer(&records, closures, method, args.seed, args.plot && filters, &done);

@@ -116,7 +116,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
         }
         None => None,
     };
-    let folder = StagedFolder::new(&args.out, "manifest.toml", args.force)?;
+    let folder = StagedFolder::new(&args.out, "manifest.toml", args.force)?.told(ui);
     let records = if sweep.is_some() { lab.sweep_count() } else { lab.record_count() };
     let progress = ui.progress("recording", records as u64);
     let written = |records| progress.advance(records as u64);

@@ -14,8 +14,8 @@ use crate::{
     ui::Ui,
 };
 use rijke_engine::run::{
-    AskedPoint, Averaged, Forecast, OpenModel, at_other_maxima, beyond, forecast, over_map, stability,
-    with_points,
+    AskedPoint, Averaged, Forecast, OpenModel, at_other_maxima, beyond, forecast, nearest, over_map,
+    stability, with_points,
 };
 use rijke_report::answer_svg;
 use rijke_study::Study;
@@ -78,13 +78,16 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
         None => given,
     };
     let measured = study.campaign.points.len();
+    let like = |asked: &AskedPoint| Ok(nearest(&study, &among, asked).map_err(wrong)?.id.clone());
+    let likes = asked.iter().map(like).collect::<Result<Vec<String>, Failure>>()?;
     let (mut study, places) =
         if asked.is_empty() { (study, every) } else { with_points(&study, &among, &asked).map_err(wrong)? };
     foresee(&mut study, &places, ui)?;
-    let new = |(place, _): &(&usize, &AskedPoint)| **place >= measured;
+    let new = |(_, (place, _)): &(usize, (&usize, &AskedPoint))| **place >= measured;
     let told = if map.is_some() { 1 } else { usize::MAX };
-    for (place, asked) in places.iter().zip(&asked).filter(new).take(told) {
-        let said = surroundings(asked, &study.campaign.points[*place]);
+    for (k, (place, asked)) in places.iter().zip(&asked).enumerate().filter(new).take(told) {
+        let like = likes.get(k).map_or("the campaign", String::as_str);
+        let said = surroundings(asked, &study.campaign.points[*place], like);
         let whose = if map.is_some() { "the map" } else { study.campaign.points[*place].id.as_str() };
         said.iter().for_each(|said| ui.note(format!("{whose}: {said}")));
     }

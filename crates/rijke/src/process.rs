@@ -44,10 +44,11 @@ pub(crate) struct Args {
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Frequencies between which the mode of interest is sought, Hz [default: `band_hz` of the manifest, else
-    /// `frequency_hz` of `[search]` in the study's rig.toml, else 80 300].
+    /// `band_hz` of `[recording]` or `frequency_hz` of `[search]` in the study's rig.toml, else 80 300].
     #[arg(long, num_args = 2, value_names = ["LOW", "HIGH"], value_parser = number::positive)]
     band: Option<Vec<f64>>,
-    /// Nominal frequency of the mains, Hz [default: `mains_hz` of the manifest, else 50].
+    /// Nominal frequency of the mains, Hz [default: `mains_hz` of the manifest, else of `[recording]` in the
+    /// study's rig.toml, else 50].
     #[arg(long, value_name = "HZ", value_parser = number::positive)]
     mains: Option<f64>,
     /// How equal the channels are where there are no calibration clicks at the pings' rate: the relative
@@ -176,7 +177,7 @@ fn make(
         Some(_) => 0,
     };
     let own = &WRITTEN[by_hand..];
-    let folder = StagedFolder::beside_others(out, "observations.toml", own, args.force)?;
+    let folder = StagedFolder::beside_others(out, "observations.toml", own, args.force)?.told(ui);
     let mut options = ProcessOptions::default();
     let mut said = stated::said_of_twins(twins);
     let (band, why) = stated::band(args.band.as_deref(), source.set(), study.as_ref());
@@ -184,7 +185,7 @@ fn make(
     options.ping.band_hz = band;
     // Neighbours are looked for beyond the band.
     options.ping.highest_hz = options.ping.highest_hz.max(1.4 * band.1);
-    let mains = args.mains.or(source.set().acquisition.mains_hz);
+    let mains = stated::mains(args.mains, source.set(), study.as_ref());
     options.ping.mains_hz = mains.unwrap_or(options.ping.mains_hz);
     options.gain_spread = Some(args.gain_spread);
     options.stated = args.channels.as_ref().map(|sds| ChannelPriors { gain_sd: sds[0], delay_sd: sds[1] });
@@ -281,6 +282,9 @@ pub(crate) fn open(dir: &Path) -> Result<Opened, Failure> {
     let (folder, study) =
         if dir.join("study.toml").is_file() { (below.as_path(), Some(dir)) } else { (dir, dir.parent()) };
     let study = study.filter(|s| s.join("study.toml").is_file()).map(crate::study::open).transpose()?;
+    if let Some(study) = &study {
+        study.is_the_rig_of(folder).or_bad_input()?;
+    }
     let described = described(folder, study.as_ref())?;
     let mut records = RecordFolder::open_of(folder, described).or_bad_input()?;
     let tube = tube(&mut records)?;

@@ -52,7 +52,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
         return crate::study_responses::run(study, args.trust, args.until.as_deref(), args.force, ui);
     }
     let (observations, doubts) = (observations(&study)?, doubts_of(&study));
-    let staged = StagedFolder::new(&dir.join("results"), "numbers/claims.json", args.force)?;
+    let staged = StagedFolder::new(&dir.join("results"), "numbers/claims.json", args.force)?.told(ui);
     warn_of(ui, &study, &observations)?;
     if let Some(id) = args.until.as_ref().filter(|id| study.plan.response(id).is_some()) {
         return Err(Failure::bad_input(format!(
@@ -124,6 +124,10 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     for question in &plan.questions {
         match run.answer(question) {
             Ok(answer) => answers.push(answer),
+            // Defined with the medians of the priors, and not with what was trained.
+            Err(error @ rijke_engine::EngineError::Network { .. }) => {
+                ui.note(format!("warning: the answer to `{}` is left out: {error}", question.id));
+            }
             Err(error) => left_out(ui, &format!("the answer to `{}`", question.id), error, &wrong)?,
         }
         progress.advance(1);

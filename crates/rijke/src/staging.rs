@@ -3,6 +3,7 @@
 mod lock;
 
 use crate::failure::{Classify, Failure};
+use crate::ui::Ui;
 pub(crate) use lock::Lock;
 use std::{
     fs, io,
@@ -17,6 +18,8 @@ pub(crate) struct StagedFolder {
     partial: PathBuf,
     /// The names that are written; others in `target` are kept. None if all of it is.
     own: Option<&'static [&'static str]>,
+    /// How many folders of runs that were killed were removed.
+    left: usize,
     /// The right to write `target`; the last field, because it must outlive the others.
     _lock: Lock,
 }
@@ -85,9 +88,18 @@ impl StagedFolder {
             ))
             .remedy("Give another folder, or remove this one yourself."));
         }
-        let partial = start_afresh(&target).or_failed().map_err(|f| f.at(&target))?;
+        let (partial, left) = start_afresh(&target).or_failed().map_err(|f| f.at(&target))?;
         fs::create_dir(&partial).or_bad_input().map_err(|f| place(f.at(&partial)))?;
-        Ok(Self { target, partial, own, _lock: lock })
+        Ok(Self { target, partial, own, left, _lock: lock })
+    }
+
+    /// Says that a run before was killed, if one was.
+    pub(crate) fn told(self, ui: &Ui) -> Self {
+        if self.left > 0 {
+            let shown = self.target.display();
+            ui.note(format!("{shown}: what a run before this one left unfinished beside it is removed"));
+        }
+        self
     }
 
     /// Where to write for now.
@@ -160,10 +172,11 @@ pub(crate) fn write_whole(path: &Path, content: &[u8]) -> Result<(), Failure> {
 
 /// The name under which this process writes `target` until it is whole. Removes what earlier runs left under
 /// such names: only the holder of the lock of `target` writes there, so they have ended.
-fn start_afresh(target: &Path) -> io::Result<PathBuf> {
+fn start_afresh(target: &Path) -> io::Result<(PathBuf, usize)> {
     let prefix = beside(target, "partial-");
     let prefix = prefix.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let folder = target.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let mut left = 0;
     for entry in fs::read_dir(folder)? {
         let entry = entry?;
         let name = entry.file_name();
@@ -171,13 +184,14 @@ fn start_afresh(target: &Path) -> io::Result<PathBuf> {
         if process.is_none_or(|id| id.is_empty() || !id.bytes().all(|b| b.is_ascii_digit() || b == b'-')) {
             continue;
         }
+        left += 1;
         if entry.file_type()?.is_dir() {
             fs::remove_dir_all(entry.path())?;
         } else {
             fs::remove_file(entry.path())?;
         }
     }
-    Ok(target.with_file_name(format!("{prefix}{}", std::process::id())))
+    Ok((target.with_file_name(format!("{prefix}{}", std::process::id())), left))
 }
 
 /// `NAME.replaced` in the folder of `NAME`: what stood there before.
@@ -273,7 +287,9 @@ mod tests {
         fs::write(folder.join(".out.partial-4000000001/half"), "").unwrap();
         fs::write(folder.join(".out.partial-mine"), "").unwrap();
         fs::create_dir(folder.join(".other.partial-1")).unwrap();
-        drop(StagedFolder::new(&folder.join("out"), "mark.toml", false).unwrap());
+        let staged = StagedFolder::new(&folder.join("out"), "mark.toml", false).unwrap();
+        assert_eq!(staged.left, 1);
+        drop(staged);
         assert_eq!(names(&folder), [".other.partial-1", ".out.partial-mine"]);
         fs::remove_dir_all(folder).unwrap();
     }

@@ -72,9 +72,10 @@ pub(crate) fn warn_of(ui: &Ui, study: &Study, observations: &ObservedModes) -> R
     Ok(())
 }
 
-/// Warns of rows that were copied.
+/// Warns of rows that were copied, and of modes that seem to be those of another label.
 pub(crate) fn warn_of_copies(ui: &Ui, study: &Study, observations: &ObservedModes) {
-    if let Some(said) = observations.copied(&study.campaign) {
+    let said = [observations.copied(&study.campaign), observations.other_labels(&study.campaign)];
+    for said in said.into_iter().flatten() {
         ui.note(format!("warning: {}: {said}", observations.source));
     }
 }

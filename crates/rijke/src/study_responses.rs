@@ -56,7 +56,7 @@ pub(crate) fn run(
         study.plan.responses.truncate(last + 1);
     }
     let results = dir.join("results");
-    let staged = StagedFolder::new(&results, "index.html", force)?;
+    let staged = StagedFolder::new(&results, "index.html", force)?.told(ui);
     let (stages, _) = trained(study, trust, staged.path(), ui)?;
     staged.commit()?;
     stages.iter().for_each(|stage| table(ui, stage));

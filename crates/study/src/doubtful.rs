@@ -7,9 +7,13 @@ use std::f64::consts::PI;
 
 /// Microphones nearer than this hear the same, m.
 const ONE_PLACE: f64 = 0.005;
-/// Wider ducts and longer rigs than these are measured in other units, m.
+/// Wider ducts and longer rigs than these, m, are measured in other units if they are wider than a wavelength
+/// at the highest frequency of the search, and longer than [`MOST_WAVELENGTHS`].
 const WIDEST: f64 = 5.0;
 const LONGEST: f64 = 100.0;
+/// Whoever looks for the first mode of a tube, at a quarter of a wavelength, and gives its length in mm,
+/// gives 250.
+const MOST_WAVELENGTHS: f64 = 200.0;
 /// Temperature at which the geometry is looked at, K.
 const LAID_OUT: f64 = 293.15;
 /// Most points that are named.
@@ -105,12 +109,14 @@ impl Study {
         }
         let areas = rig.ducts.iter().flat_map(|d| d.area);
         let widest = (4.0 * areas.fold(0.0, f64::max) / PI).sqrt();
-        if widest > WIDEST {
+        let sound_speed = self.rig.gas.at(LAID_OUT, self.rig.pressure).sound_speed;
+        let wavelength = sound_speed / self.rig.search[1][1];
+        if widest > WIDEST.max(wavelength) {
             all.push(format!(
                 "rig.toml: a duct is {widest:.4} m wide: a number without a unit is in m; write the unit, as in diameter = \"44 mm\""
             ));
         }
-        if rig.length > LONGEST {
+        if rig.length > LONGEST.max(MOST_WAVELENGTHS * wavelength) {
             all.push(format!(
                 "rig.toml: the rig is {:.4} m long: a number without a unit is in m; write the unit, as in length = \"750 mm\"",
                 rig.length
@@ -260,6 +266,15 @@ mod tests {
         let sizes = said();
         assert!(sizes.len() == 2 && sizes[0].contains("`p1` and `p2` are 3.0 mm apart"), "{sizes:?}");
         assert!(sizes[1].contains("44.0000 m wide"), "{sizes:?}");
+        // Metres where millimetres are meant, and a pipeline.
+        let long = |length: &str, hertz: &str| {
+            let rig = rig("0.3", "[0.1, 0.5]").replace("length = 0.8", &format!("length = {length}"));
+            write("rig.toml", &format!("{rig}[search]\nfrequency_hz = [1, {hertz}]\n"));
+            said()
+        };
+        let millimetres = long("800", "300");
+        assert!(millimetres.len() == 1 && millimetres[0].contains("800.0000 m long"), "{millimetres:?}");
+        assert_eq!(long("150", "60"), Vec::<String>::new());
         std::fs::remove_dir_all(&folder).unwrap();
     }
 

@@ -203,7 +203,9 @@ pub enum StudyProblem {
         place: String,
     },
     /// A prior that is no probability density.
-    #[error("the prior of `{parameter}` is not a density: {reason}")]
+    #[error(
+        "{reason}; a number that is known exactly is no parameter: `hold = {{ {parameter} = 1.5 }}` of a stage fixes one"
+    )]
     Prior {
         /// The parameter.
         parameter: String,

@@ -6,7 +6,7 @@ use crate::plan::{Base, Plan};
 use crate::source::Source;
 use crate::{Campaign, Candidate, Catalogue, Claims, ObservedModes, Rig, StudyError, StudyProblem};
 use rijke_numerics::read_text;
-use rijke_rig::{ChannelErrors, DataKind};
+use rijke_rig::{ChannelErrors, DataKind, RigError};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -107,10 +107,11 @@ impl Study {
     /// that has stages of responses too may lack both: then no mode was observed.
     ///
     /// # Errors
-    /// File, line and remedy. Points of `ramps.csv` are refused where their states would be taken for
-    /// settled.
+    /// File, line and remedy; a rig beside the observations that is another. Points of `ramps.csv`
+    /// are refused where their states would be taken for settled.
     pub fn observations(&self) -> Result<ObservedModes, StudyError> {
         let folder = self.folder.join("observations");
+        self.is_the_rig_of(&folder)?;
         self.knows_states_of(&folder.join(PASSED))?;
         let source = Source::read(&folder.join("observations.toml"))?;
         let responses = !self.plan.responses.is_empty();
@@ -189,9 +190,13 @@ impl Study {
         let others = self.rig.microphones.names.len().saturating_sub(1);
         ChannelErrors::read(&path, others).map_err(|error| {
             // The error names the file itself.
-            let (file, text) = (path.display().to_string(), error.to_string());
+            let file = path.display().to_string();
+            let (line, text) = match error {
+                RigError::Syntax { line, message, .. } => (Some(line), message),
+                error => (None, error.to_string()),
+            };
             let text = text.strip_prefix(&format!("{file}: ")).unwrap_or(&text).to_owned();
-            StudyError { file, line: None, problem: Box::new(StudyProblem::Toml(text)) }
+            StudyError { file, line, problem: Box::new(StudyProblem::Toml(text)) }
         })
     }
 

@@ -14,6 +14,7 @@ mod folder;
 mod foreseen;
 mod head;
 mod heated;
+mod labels;
 mod law;
 mod modes;
 pub mod names;
@@ -22,6 +23,7 @@ pub mod plan;
 mod records;
 pub mod responses;
 mod rig;
+mod same_rig;
 mod source;
 mod states;
 

@@ -13,6 +13,6 @@ mod varying;
 pub(crate) use assemblies::{Assemblies, Learned, OF_INSTALLATION};
 pub(crate) use base::{BaseErrors, Changes, changes};
 pub(crate) use channels::{Channels, Heard};
-pub(crate) use common::{Carried, Common, handed_on};
+pub(crate) use common::{Carried, Common};
 pub(crate) use law::LawErrors;
 pub(crate) use varying::{Scatter, any_varies};

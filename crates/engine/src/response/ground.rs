@@ -3,6 +3,7 @@
 
 use super::predict::Load;
 use super::record::{ResponseModelRecord, ResponseStageRecord};
+use crate::gaussian::{LARGEST, is_covariance};
 use crate::noise::{Added, LawError};
 use crate::run::EvidenceRecord;
 use crate::{EngineError, NamedGaussian};
@@ -174,7 +175,8 @@ impl GroundModel {
         let gaussian = |share: f64, mean: &[f64], covariance: &[Vec<f64>]| {
             let whole = mean.len() == n
                 && covariance.len() == n
-                && covariance.iter().all(|row| row.len() == n && row.iter().all(|v| v.is_finite()));
+                && mean.iter().all(|v| v.abs() <= LARGEST)
+                && is_covariance(covariance);
             if !whole {
                 return Err(EngineError::Damaged { stage: stage.to_owned() });
             }

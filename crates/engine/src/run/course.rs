@@ -1,5 +1,6 @@
 //! A study with what has been trained of it so far.
 
+use super::answerable::at_all_points;
 use super::inputs::{ambient_of_all, left_out, selected, states_and_heat};
 use super::meant::observed;
 use super::record::{CarriedOn, ModelRecord, TrainedParameter};
@@ -207,6 +208,7 @@ impl Run {
         if let Some(stage) = study.plan.stages.iter().find(idle) {
             return Err(EngineError::NoPoint { stage: stage.id.clone() });
         }
+        at_all_points(&study, &states, &ambient)?;
         Ok(Self {
             study,
             rig,

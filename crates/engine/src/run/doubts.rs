@@ -115,7 +115,16 @@ impl Outlying<'_> {
     fn said(&self, what: &str, shown: impl Fn(f64) -> String) -> String {
         let list =
             |of: &dyn Fn(&Held<'_>) -> String| self.points.iter().map(of).collect::<Vec<_>>().join(", ");
-        let names = list(&|t| t.0.conditions.id.clone());
+        let (mut ids, mut twice): (Vec<&str>, bool) = (Vec::new(), false);
+        for point in &self.points {
+            let id = point.0.conditions.id.as_str();
+            twice |= ids.contains(&id);
+            ids.push(id);
+        }
+        let names = list(&|t| match twice {
+            true => format!("{} (mode {})", t.0.conditions.id, t.0.mode.label),
+            false => t.0.conditions.id.clone(),
+        });
         let least = self.points.last().map_or(0.0, |t| (t.1 - t.2).abs() / self.others);
         match &self.points[..] {
             [one] => format!(

@@ -137,6 +137,18 @@ pub fn with_points<A: Clone + Into<AskedPoint>>(
     Ok((wider, places))
 }
 
+/// The point of the campaign of which a condition has all that it does not say.
+///
+/// # Errors
+/// [`EngineError::Factors`].
+pub fn nearest<'a>(
+    study: &'a Study,
+    among: &Selection,
+    asked: &AskedPoint,
+) -> Result<&'a Point, EngineError> {
+    given_and_like(&study.campaign, among, asked).map(|(_, like)| &study.campaign.points[like])
+}
+
 fn failed(campaign: &Campaign, what: String) -> EngineError {
     let known = campaign.factors.iter().map(|f| f.name.as_str()).collect::<Vec<_>>().join(", ");
     EngineError::Factors { what, known }

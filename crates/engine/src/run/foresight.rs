@@ -73,6 +73,9 @@ pub fn foresight(
         Some(observations) => ambient_of_all(study, observations),
         None => study.campaign.points.iter().map(|p| p.ambient).collect(),
     };
+    if let Some(observations) = observations {
+        with_temperatures(study, observations, &known)?;
+    }
     let known: Vec<Option<[f64; 2]>> = known.into_iter().map(|t| t.or(Some([ambient, 0.0]))).collect();
     let states = states(study, &known, observations.is_some())?;
     let grounds = first_of_responses(study);
@@ -112,6 +115,25 @@ pub fn foresight(
         all.push(StageForesight { id, title, points: points.len(), observed, assumed, models });
     }
     Ok(all)
+}
+
+/// Refuses what was observed at a point of a stage whose temperature nobody knows, as training does.
+fn with_temperatures(
+    study: &Study,
+    observations: &ObservedModes,
+    known: &[Option<[f64; 2]>],
+) -> Result<(), EngineError> {
+    if observations.modes.iter().all(|mode| known[mode.point].is_some()) {
+        return Ok(());
+    }
+    let states = states(study, known, true)?;
+    let lacks = |k: &usize| known[*k].is_none() && !states.contains_key(k);
+    let point = |k: usize| &study.campaign.points[k];
+    let wanted = |k: &usize| study.plan.stages.iter().any(|s| s.points.holds(&study.campaign, point(*k)));
+    match observations.modes.iter().map(|mode| mode.point).find(|k| lacks(k) && wanted(k)) {
+        Some(k) => Err(EngineError::NoTemperature { point: point(k).id.clone() }),
+        None => Ok(()),
+    }
 }
 
 fn foreseen(

@@ -54,7 +54,7 @@ pub(super) fn check_modes(
         let measured_hz = hertz(o.near.im);
         let Some(omega) = *omega else { continue };
         if (omega - o.near.im).abs() > SAME_MODE * spacing {
-            return Err(EngineError::OtherMode { point, measured_hz, described_hz: hertz(omega) });
+            return Err(EngineError::OtherMode { point, measured_hz, described_hz: hertz(omega).abs() });
         }
         let twin = (0..k).find(|&j| {
             points[j].conditions.id == point

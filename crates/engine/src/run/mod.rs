@@ -3,6 +3,7 @@
 //! Knows studies and models of any rig. Knows no part of a rig by name, no file of results and no drawing.
 
 mod ahead;
+mod answerable;
 mod answers;
 mod asked;
 mod assumed;
@@ -37,6 +38,7 @@ mod sliders;
 mod so_far;
 mod stages;
 
+pub use answerable::answerable;
 pub use answers::{
     Answer, AnswerPanel, Layer, LayerLook, MapNodes, gains_along, left_out_table, residuals_over_factors,
     stability, symbol, with_sd,
@@ -47,7 +49,7 @@ pub use beyond::{Beyond, beyond};
 pub use checks::Datum;
 pub use claims::{Judgement, agreement, models, verdicts};
 pub use course::{Chosen, Run, Trusted};
-pub use elsewhere::{AskedPoint, over_map, with_points};
+pub use elsewhere::{AskedPoint, nearest, over_map, with_points};
 pub use far::FarOff;
 pub use foresight::{Foreseen, StageForesight, foresight};
 pub use found::{Asked, Checks, ExactLengths, Family, LengthError, Missing, PointCheck, SumCheck};

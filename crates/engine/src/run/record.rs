@@ -255,10 +255,12 @@ impl TrainedParameter {
         self.prior_sds.map(f64::abs).filter(|z| *z > CONFLICT)
     }
 
-    /// Whether the data tell next to nothing of it: its posterior is its prior.
+    /// Whether the data tell next to nothing of it: its posterior is as wide as its prior, and lies where
+    /// that does. One that is as wide but elsewhere is not told nothing: several parameters together are
+    /// known, and contradict what was known before.
     #[must_use]
     pub fn is_as_before(&self) -> bool {
-        self.narrowed.is_some_and(|share| share > UNIDENTIFIED)
+        self.narrowed.is_some_and(|share| share > UNIDENTIFIED) && self.conflict().is_none()
     }
 }
 
@@ -313,4 +315,20 @@ pub(super) fn parameters(
 
 pub(super) fn misfit(trained: &Trained) -> [f64; 3] {
     Misfit::of(&trained.noise).measured
+}
+
+#[cfg(test)]
+mod tests {
+    use super::TrainedParameter;
+    use rijke_inference::{Parameter, Prior};
+
+    #[test]
+    fn exact_what_contradicts_its_prior_is_not_said_to_be_as_before() {
+        let parameter = Parameter::new("k", "k", "1", Prior::Normal { mean: 0.0, sd: 1.0 });
+        let of = |value: f64, sd: f64| TrainedParameter::of(&parameter, value, sd);
+        assert!(of(0.3, 0.95).is_as_before());
+        assert!(!of(0.3, 0.5).is_as_before());
+        let far = of(-7.1, 0.95);
+        assert_eq!((far.conflict(), far.is_as_before()), (Some(7.1), false));
+    }
 }

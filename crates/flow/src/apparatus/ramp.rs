@@ -39,6 +39,9 @@ struct Row {
     point: Option<String>,
 }
 
+/// Longest run, s: more than four days. The flow is followed through all of it.
+const LONGEST: f64 = 4e5;
+
 /// Difference of two powers that a table in print may have, relative.
 const ROUNDED: f64 = 1e-3;
 
@@ -122,6 +125,14 @@ impl Ramp {
                 let message = format!(
                     "{time} s follows {} s in ramp `{}`; put its rows in the order of time, each time once",
                     before.time, ramp.id
+                );
+                return Err(wrong(line, message));
+            }
+            if let Some(begin) = ramp.log.first().filter(|first| time - first.time > LONGEST) {
+                let message = format!(
+                    "{time:e} s is {:.3e} s after the first row of ramp `{}`, and a run lasts no longer than {LONGEST:.0e} s: look at the unit of the times",
+                    time - begin.time,
+                    ramp.id
                 );
                 return Err(wrong(line, message));
             }
@@ -241,6 +252,8 @@ mod tests {
             ("place", "a,950,30,H30-40\n", "elsewhere than `H7-25`; a ramp is one run"),
             ("plates", "a,950,0,C2-25\n", "`C2-25`"),
             ("watts", "a,950,-3,\n", "950 s, -3 W: give a finite time"),
+            ("late", "a,1e95,30,\n", "ramps.csv:4:1: 1e95 s is 1.000e95 s after the first row of ramp `a`"),
+            ("days", "a,400001,30,\n", "a run lasts no longer than 4e5 s: look at the unit"),
             ("number", "a,noon,30,\n", "ramps.csv:4:1: "),
             ("empty", "b,950,30,\n", "ramps.csv: ramp `b`: is empty; give at least one row with a `point`"),
         ] {

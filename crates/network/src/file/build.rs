@@ -6,6 +6,7 @@ use super::item::{Item, line_of, line_of_table};
 use super::layout::{Placed, SAME, place};
 use super::problem::ElementProblem;
 use super::schema::{Element, File};
+use super::sizes::Sizes;
 use super::spread::{Along, Spread};
 use super::warning::Warning;
 use crate::chain::network::Network;
@@ -74,7 +75,7 @@ pub(super) fn build(text: &str, file: &File, redraw: Option<Redraw<'_>>) -> Resu
         tables: Vec::new(),
         redraw,
         passive: true,
-        warnings: Vec::new(),
+        warnings: Sizes::of(gas, &region).doubtful(&head, gas, &placed),
     };
     let spread = |p: &Placed| match &p.element {
         Element::Flame(flame) => Spread::of(&p.item, flame, p.x, length),
@@ -127,7 +128,11 @@ pub(super) fn build(text: &str, file: &File, redraw: Option<Redraw<'_>>) -> Resu
         if region.omega[0] < low * (1.0 - 1e-9) || region.omega[1] > high * (1.0 + 1e-9) {
             let [low_hz, high_hz] = [low, high].map(|w| w / (2.0 * PI));
             let Item { line, place } = item;
-            assembly.warnings.push(Warning::Extrapolation { line, place, low_hz, high_hz });
+            let beyond = Warning::Extrapolation { line, place, low_hz, high_hz };
+            // A flame that hears elsewhere has its table in two laws.
+            if !assembly.warnings.contains(&beyond) {
+                assembly.warnings.push(beyond);
+            }
         }
     }
     let flow = flow.map(|chain| {

@@ -17,7 +17,6 @@ use crate::laws::{
 };
 use crate::slot::Slot;
 use rijke_numerics::C64;
-use rijke_numerics::rational::{Doubt, doubt};
 use std::f64::consts::PI;
 
 impl Assembly<'_> {
@@ -60,18 +59,6 @@ impl Assembly<'_> {
         let table = table.map_err(|error| item.fail(error.into()))?;
         self.tables.push((item.clone(), table.clone()));
         Ok(table)
-    }
-
-    /// Warns of a flame or an end that answers before it is asked, by its table, or whose phases seem to be
-    /// in degrees.
-    pub(super) fn doubtful(&mut self, item: &Item, rows: &[[f64; 3]]) {
-        let rows: Vec<TableRow> = rows.iter().copied().map(TableRow::from).collect();
-        let Item { line, place } = item.clone();
-        self.warnings.extend(doubt(&rows).map(|doubt| match doubt {
-            Doubt::Degrees { step } => Warning::Degrees { line, place, step },
-            Doubt::Coarse { step, other } => Warning::Coarse { line, place, step, other_ms: 1e3 * other },
-            Doubt::Rises { rise } => Warning::Rises { line, place, rise },
-        }));
     }
 
     pub(super) fn add(&mut self, slot: Slot, name: String, law: Law, role: Role) {
@@ -309,7 +296,7 @@ impl Assembly<'_> {
         };
         self.passive &= gain == 0.0;
         if let Some(rows) = table {
-            self.doubtful(item, rows);
+            self.warnings.extend(Warning::of_table(item, rows, true));
         }
         let path: Vec<PathDuct> = path.into_iter().map(|(_, stretch)| stretch).collect();
         if let Some(along) = along {

@@ -5,6 +5,7 @@ use super::error::FileError;
 use super::item::Item;
 use super::problem::ElementProblem;
 use super::schema::{End, Transfer};
+use super::sizes::Sizes;
 use super::warning::Warning;
 use crate::laws::{Law, choked_inlet, choked_outlet, thick_wall_correction};
 use crate::plane::region::Region;
@@ -35,6 +36,8 @@ impl Assembly<'_> {
             tolerance: 1e-6,
         };
         let mut choked = false;
+        let delay =
+            table.get("delay").and_then(|v| v.as_float().or_else(|| v.as_integer().map(|v| v as f64)));
         let law = match item.parse(table)? {
             End::Open {} => constant(-1.0),
             End::Closed {} => constant(1.0),
@@ -89,12 +92,14 @@ impl Assembly<'_> {
                 self.function(&item, &function(delay, &numerator, &denominator), 1.0)?
             }
             End::Table { table, tolerance, gain, delay } => {
-                self.doubtful(&item, &table);
+                self.warnings.extend(Warning::of_table(&item, &table, false));
                 let shape =
                     Transfer { gain, table: Some(table), tolerance, ..function(delay, &[1.0], &[1.0]) };
                 self.function(&item, &shape, 1.0)?
             }
         };
+        let sizes = Sizes::of(self.gas, region);
+        self.warnings.extend(delay.and_then(|delay| sizes.late(&item, delay)));
         self.check_modulus(&item, &law, region);
         Ok((self.laws.push(item.place, law), choked))
     }

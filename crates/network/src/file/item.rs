@@ -41,9 +41,15 @@ impl Item {
     }
 
     pub(super) fn parse<'de, T: Deserialize<'de>>(&self, table: toml::Table) -> Result<T, FileError> {
+        let texts: Vec<(String, String)> =
+            table.iter().filter_map(|(key, value)| Some((key.clone(), value.as_str()?.to_owned()))).collect();
         T::deserialize(toml::Value::Table(table)).map_err(|error| {
             let mut message = error.message().to_owned();
             if message.starts_with("invalid type: string") && message.contains("f64") {
+                let of = |(_, text): &&(String, String)| message.contains(&format!("{text:?}"));
+                if let Some((key, _)) = texts.iter().find(of) {
+                    message = format!("{key}: {message}");
+                }
                 message += "; this reader takes plain numbers in SI units";
             }
             self.fail(ElementProblem::Keys { message })

@@ -59,6 +59,14 @@ pub(super) fn place(text: &str, tables: &[Spanned<toml::Table>]) -> Result<(Vec<
         return Err(FileError::NoDuct);
     }
     let slack = SAME * end;
+    for placed in &all {
+        if let Element::Duct(duct) = &placed.element
+            && duct.length <= slack
+        {
+            let problem = ElementProblem::TooShort { length: duct.length, tube: end };
+            return Err(placed.item.fail(problem));
+        }
+    }
     if let Some(out) = all.iter().find(|p| !p.is_duct() && !(-slack..=end + slack).contains(&p.x)) {
         return Err(out.item.fail(ElementProblem::OutsideTube { at: out.x, length: end }));
     }

@@ -22,6 +22,7 @@ mod problem;
 mod read;
 mod redrawn;
 mod schema;
+mod sizes;
 mod spread;
 mod warning;
 

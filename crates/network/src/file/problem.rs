@@ -18,6 +18,16 @@ pub enum ElementProblem {
         /// Its value.
         value: f64,
     },
+    /// A duct shorter than the distance at which two places are one.
+    #[error(
+        "length is {length:e} m, nothing beside the {tube} m of the tube: correct it, or leave the duct out"
+    )]
+    TooShort {
+        /// Its length, m.
+        length: f64,
+        /// That of the tube, m.
+        tube: f64,
+    },
     /// A number must not be negative.
     #[error("{key} is {value}, but must be zero or more, and finite")]
     Negative {

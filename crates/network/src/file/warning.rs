@@ -1,5 +1,8 @@
 //! What is doubtful about a network but possible.
 
+use super::item::Item;
+use rijke_numerics::rational::{Doubt, TableRow, doubt, too_late};
+
 /// What is doubtful about a network.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Warning {
@@ -28,6 +31,50 @@ pub enum Warning {
         modulus: f64,
         /// Where, Hz.
         frequency_hz: f64,
+    },
+    /// A number that is most often one in another unit.
+    #[error("line {line}: {place}: {key} is {value} {unit}, {why}: numbers are in SI units; {remedy}")]
+    Size {
+        /// Line in the file.
+        line: usize,
+        /// Which element or table.
+        place: String,
+        /// The key.
+        key: &'static str,
+        /// Its value.
+        value: f64,
+        /// Its unit.
+        unit: &'static str,
+        /// What no rig has.
+        why: String,
+        /// What to write.
+        remedy: String,
+    },
+    /// The neck of a resonator wider than the duct it stands on.
+    #[error(
+        "line {line}: {place}: neck_area is {neck} m^2, more than the {duct:.3e} m^2 of the duct there: look at its unit"
+    )]
+    Neck {
+        /// Line in the file.
+        line: usize,
+        /// Which element.
+        place: String,
+        /// Area of the neck, m^2.
+        neck: f64,
+        /// Area of the duct, m^2.
+        duct: f64,
+    },
+    /// A phase that falls as by a delay that no flame has.
+    #[error(
+        "line {line}: {place}: the phase of the table falls as by a delay of {delay_ms:.0} ms: it is in rad; if these are degrees, multiply them by pi/180"
+    )]
+    Late {
+        /// Line in the file.
+        line: usize,
+        /// Which element or end.
+        place: String,
+        /// The delay, ms.
+        delay_ms: f64,
     },
     /// Phases that may be in degrees.
     #[error(
@@ -86,4 +133,21 @@ pub enum Warning {
         /// Upper limit.
         high_hz: f64,
     },
+}
+
+impl Warning {
+    /// Of the table of an end or of a `flame`: it answers before it is asked, or its phases seem to be in
+    /// degrees.
+    pub(super) fn of_table(item: &Item, rows: &[[f64; 3]], flame: bool) -> Option<Self> {
+        let rows: Vec<TableRow> = rows.iter().copied().map(TableRow::from).collect();
+        let Item { line, place } = item.clone();
+        if let Some(delay) = too_late(&rows).filter(|_| flame) {
+            return Some(Self::Late { line, place, delay_ms: 1e3 * delay });
+        }
+        Some(match doubt(&rows)? {
+            Doubt::Degrees { step } => Self::Degrees { line, place, step },
+            Doubt::Coarse { step, other } => Self::Coarse { line, place, step, other_ms: 1e3 * other },
+            Doubt::Rises { rise } => Self::Rises { line, place, rise },
+        })
+    }
 }

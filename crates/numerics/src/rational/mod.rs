@@ -9,5 +9,5 @@ mod relocate;
 mod rows;
 mod table;
 
-pub use rows::{Doubt, TableRow, doubt, phase_slope};
+pub use rows::{Doubt, TableRow, doubt, phase_slope, too_late};
 pub use table::{Table, TableError};

@@ -5,6 +5,9 @@ use std::f64::consts::PI;
 /// The largest tolerance of a table, of its largest gain: a fit farther off says nothing of the table.
 pub(super) const COARSE: f64 = 0.5;
 
+/// A mean delay that no flame has, s; in degrees one of a millisecond looks like it.
+const LATE: f64 = 0.05;
+
 /// A phase that rises so far over a table, rad, is no wiggle.
 const RISES: f64 = 1.0;
 
@@ -71,6 +74,16 @@ pub fn doubt(rows: &[TableRow]) -> Option<Doubt> {
     Some(Doubt::Coarse { step, other: 1.0 / width })
 }
 
+/// The mean delay of the table of a flame, s, if its phase falls by more than a turn and as by a delay that
+/// no flame has: then it seems to be in degrees. A long duct behind an end has such delays.
+#[must_use]
+pub fn too_late(rows: &[TableRow]) -> Option<f64> {
+    let (first, last) = (rows.first()?, rows.last()?);
+    let fall = first.phase - last.phase;
+    let delay = fall / (2.0 * PI * (last.frequency - first.frequency));
+    (delay > LATE && fall > 2.0 * PI).then_some(delay)
+}
+
 /// The slope of the unwrapped phase in the angular frequency, by least squares weighted with the gain, s:
 /// minus the mean delay; 0 where the rows have none.
 #[must_use]
@@ -114,6 +127,23 @@ mod tests {
         let Some(Doubt::Coarse { step, other }) = doubt(&of(7e-3)) else { panic!() };
         assert!((step - 0.7 * PI).abs() < 1e-9 && (other - 0.02).abs() < 1e-12, "{step} {other}");
         let Some(Doubt::Coarse { .. }) = doubt(&of(-13e-3)) else { panic!() };
+    }
+
+    #[test]
+    fn behaviour_phases_in_degrees_fall_as_by_a_delay_that_no_flame_has() {
+        let of = |delay: f64, turn: f64| -> Vec<TableRow> {
+            let row = |k: i32| {
+                let frequency = 100.0 + f64::from(k);
+                TableRow { frequency, gain: 1.0, phase: -turn * frequency * delay }
+            };
+            (0..60).map(row).collect()
+        };
+        // Steps of a degree or two are no steps between degrees.
+        assert_eq!(doubt(&of(3e-3, 360.0)), None);
+        let late = too_late(&of(3e-3, 360.0)).unwrap();
+        assert!((late - 3e-3 * 180.0 / PI).abs() < 1e-12, "{late}");
+        assert_eq!(too_late(&of(3e-3, 2.0 * PI)), None);
+        assert_eq!(too_late(&of(-3e-3, 360.0)), None);
     }
 
     #[test]

@@ -54,7 +54,7 @@ pub enum TableError {
     /// The tolerance is not reached.
     #[error(
         "no rational function of order {order} or less fits the table to {tolerance:.1e} of its largest gain, the best \
-         one to {reached:.1e}: raise the tolerance to the error of the measurement"
+         one to {reached:.1e}: raise the tolerance to the error of the measurement; phases are in rad"
     )]
     NoFit {
         /// Largest order tried.
@@ -83,7 +83,9 @@ pub enum TableError {
         value: f64,
     },
     /// The algebra failed.
-    #[error(transparent)]
+    #[error(
+        "no rational function fits the table ({0}): raise the tolerance to the error of the measurement; phases are in rad"
+    )]
     Dense(#[from] DenseError),
 }
 

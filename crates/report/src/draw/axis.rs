@@ -24,16 +24,21 @@ pub(super) struct Ticks {
     pub(super) decimals: usize,
 }
 
+/// Whether a value can be drawn: neither infinite nor so large that a range or a place would be.
+pub(super) fn is_drawn(value: f64) -> bool {
+    value.abs() < 1e100
+}
+
 impl Axis {
     pub(crate) fn new(label: &str, low: f64, high: f64) -> Self {
         Self { label: label.to_owned(), low, high }
     }
 
-    /// An axis that holds all finite values with a margin of a twentieth on either side.
+    /// An axis that holds all values that can be drawn with a margin of a twentieth on either side.
     pub(crate) fn covering(label: &str, values: impl IntoIterator<Item = f64>) -> Self {
-        let finite = values.into_iter().filter(|v| v.is_finite());
+        let drawn = values.into_iter().filter(|v| is_drawn(*v));
         let (low, high) =
-            finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
+            drawn.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
         if low > high {
             return Self::new(label, 0.0, 1.0);
         }

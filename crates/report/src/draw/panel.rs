@@ -1,5 +1,6 @@
 //! One pair of axes and what is drawn in it, in data coordinates.
 
+use super::axis::is_drawn;
 use super::{Axis, INK, Stroke, number, px, text};
 
 /// Font sizes in pixels of the panel's own coordinates.
@@ -39,9 +40,9 @@ impl Panel {
         Self { width, height, tag: tag.to_owned(), x, y, body: String::new(), dots: String::new() }
     }
 
-    /// A line through points. A point that is not finite interrupts it.
+    /// A line through points. A point that cannot be drawn interrupts it.
     pub(crate) fn curve(&mut self, points: &[[f64; 2]], stroke: &Stroke) {
-        for piece in points.split(|p| !(p[0].is_finite() && p[1].is_finite())).filter(|p| p.len() > 1) {
+        for piece in points.split(|p| !(is_drawn(p[0]) && is_drawn(p[1]))).filter(|p| p.len() > 1) {
             let path = self.path(piece);
             self.stroked(&path, stroke);
         }

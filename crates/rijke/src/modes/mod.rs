@@ -84,6 +84,10 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     for (limit, given) in case.region.omega.iter_mut().zip([args.min_hz, args.max_hz]) {
         *limit = given.map_or(*limit, |f| 2.0 * PI * f);
     }
+    // They may say why there are no modes.
+    for warning in &case.warnings {
+        ui.note(format!("warning: {}: {warning}", case.path.display()));
+    }
     let modes = case.modes()?;
     let mut lines = modes.modes.iter().map(|mode| case.line(mode)).collect::<Result<Vec<_>, _>>()?;
     for (line, by) in lines.iter_mut().zip(case.by_noise(&modes)?) {
@@ -98,9 +102,6 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
                 by.found
             ));
         }
-    }
-    for warning in &case.warnings {
-        ui.note(format!("warning: {}: {warning}", case.path.display()));
     }
     case.note.iter().for_each(|note| ui.note(note));
     if let Some(growing) = lines.iter().find(|l| case.passive && l.growth_rate > 1e-9 * l.frequency_hz) {

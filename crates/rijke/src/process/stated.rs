@@ -1,4 +1,4 @@
-//! What manifest and study state beside the records: where the mode lies.
+//! What manifest and study state beside the records: where the mode lies, and the mains.
 
 use rijke_rig::RecordSet;
 use rijke_signal::ProcessOptions;
@@ -11,14 +11,21 @@ pub(super) fn band(
     study: Option<&Study>,
 ) -> ((f64, f64), Option<String>) {
     let usual = ProcessOptions::default().ping.band_hz;
+    let recorded = study.and_then(|s| s.rig.ping_band_hz);
     let searched = study.filter(|s| s.rig.search_is_stated).map(|s| s.rig.search[1]);
-    let (band, why) = match (option, set.acquisition.band_hz, searched) {
-        (Some(&[low, high]), _, _) => return ((low, high), None),
-        (_, Some([low, high]), _) => ((low, high), "as `band_hz` of the manifest says"),
-        (_, _, Some([low, high])) => ((low, high), "as [search] of rig.toml says"),
+    let (band, why) = match (option, set.acquisition.band_hz, recorded, searched) {
+        (Some(&[low, high]), _, _, _) => return ((low, high), None),
+        (_, Some([low, high]), _, _) => ((low, high), "as `band_hz` of the manifest says"),
+        (_, _, Some([low, high]), _) => ((low, high), "as `band_hz` of rig.toml says"),
+        (_, _, _, Some([low, high])) => ((low, high), "as [search] of rig.toml says"),
         _ => return (usual, None),
     };
     (band, Some(format!("the mode is sought from {} to {} Hz, {why}", band.0, band.1)))
+}
+
+/// The frequency of the mains, Hz, if option, manifest or study state it.
+pub(super) fn mains(option: Option<f64>, set: &RecordSet, study: Option<&Study>) -> Option<f64> {
+    option.or(set.acquisition.mains_hz).or_else(|| study?.rig.mains_hz)
 }
 
 /// Warnings of records that hold the same bytes.

@@ -26,7 +26,10 @@ fn exact_bad_samples_are_refused() {
         lines.join("\n") + "\n"
     };
     let first_lines = lines[..3].join("\n") + "\n";
+    // A row that was repeated by a slip, more often than there are samples of three days.
+    let many = format!("{}\n{}", lines[0], format!("{}\n", lines[1]).repeat(20_001));
     let cases = [
+        (many, [SAMPLES, "20001 samples are more than the 20000", "look whether a row was repeated"]),
         (with(1, 0, "7"), [SAMPLES, "the first sample was taken at 7 W", "start with samples at 0 W"]),
         (
             with(5, 1, "-20"),
@@ -53,6 +56,14 @@ fn exact_bad_samples_are_refused() {
         }
         assert!(!folder.join("base-flow").exists(), "{said}");
     }
+    // The file that is missing is named once.
+    let path = folder.join("clicks/flow.toml");
+    let text = fs::read_to_string(&path).unwrap();
+    assert!(text.contains("\"tube.toml\""));
+    fs::write(path, text.replace("\"tube.toml\"", "\"none.toml\"")).unwrap();
+    let output = rijke(&folder, &["flow", "clicks", "--out", "base-flow"]);
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert!(said.starts_with("error: clicks/none.toml: cannot be read"), "{said}");
 }
 
 #[test]

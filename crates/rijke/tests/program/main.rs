@@ -14,6 +14,7 @@ mod design_few;
 mod design_figure;
 mod design_study;
 mod ducted_flame;
+mod early;
 mod excited;
 mod flow_over_time;
 mod foresight;

@@ -281,3 +281,79 @@ fn exact_numbers_with_units_and_unknowns_are_read_as_studies_read_them() {
         assert!(output.status.code() == Some(2) && said.contains(says), "{said}");
     }
 }
+
+const TUBE: &str = "[search]\ngrowth_rate = [-20, 20]\nfrequency_hz = [10, 500]\n[upstream]\ntype = \"closed\"\n[downstream]\ntype = \"open\"\n\
+    [[element]]\nname = \"lower\"\ntype = \"duct\"\nlength = 0.5\ndiameter = 0.05\n\
+    [[element]]\nname = \"upper\"\ntype = \"duct\"\nlength = 0.5\ndiameter = 0.05\n";
+
+#[test]
+fn message_sizes_that_no_rig_has_are_told_and_impossible_ones_refused() {
+    let folder = scratch("modes-sizes");
+    let run = |text: &str| {
+        fs::write(folder.join("tube.toml"), text).unwrap();
+        let output = rijke(&folder, &["modes", "tube.toml"]);
+        (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
+    };
+    let with = |from: &str, to: &str| {
+        assert!(TUBE.contains(from));
+        run(&TUBE.replacen(from, to, 1))
+    };
+    assert_eq!(run(TUBE), (Some(0), String::new()));
+    // A duct that is nothing beside the others once ended with status 1.
+    for length in ["0.5e-181", "1e-308"] {
+        let (code, said) = with("length = 0.5", &format!("length = {length}"));
+        assert!(code == Some(2) && said.contains("line 8: element 1 `lower` (duct): length is "), "{said}");
+        assert!(said.contains("nothing beside the 0.5 m of the tube"), "{said}");
+    }
+    let (code, said) = with("length = 0.5", "length = \"half a metre\"");
+    assert!(code == Some(2) && said.contains("`lower` (duct): length: invalid type: string"), "{said}");
+    let told = |(code, said): (Option<i32>, String), parts: [&str; 2]| {
+        assert_eq!(code, Some(0), "{said}");
+        assert!(said.contains("warning: ") && parts.iter().all(|part| said.contains(part)), "{said}");
+    };
+    told(
+        with("diameter = 0.05", "diameter = 50"),
+        ["(duct): diameter is 50 m, wider", "if these are mm, write 0.05"],
+    );
+    let cold = with("diameter = 0.05", "diameter = 0.05\ntemperature = 20");
+    told(cold, ["temperature is 20 K", "if these are degrees Celsius, write 293.15"]);
+    told(run(&format!("[gas]\ntemperature = 25\n{TUBE}")), ["[gas]: temperature is 25 K", "write 298.15"]);
+    let element = |text: &str| run(&format!("{TUBE}[[element]]\nat = 0.5\n{text}\n"));
+    // 729 wavelengths at 500 Hz are no tube. A pipeline in which hum is sought is one, and so is a long duct
+    // behind an end.
+    let (_, said) = with("length = 0.5", "length = 500");
+    assert!(said.contains("(duct): length is 500 m, 728 wavelengths at the highest"), "{said}");
+    assert!(said.contains("if these are mm, write 0.5\n"), "{said}");
+    let pipeline = TUBE.replacen("length = 0.5", "length = 150", 1).replace("500]", "12]");
+    let pipeline = pipeline.replace("[10, ", "[2, ");
+    assert_eq!(run(&pipeline), (Some(0), String::new()));
+    let behind = "type = \"delayed\"\nfactor = -1.0\ndelay = 1.2";
+    assert_eq!(run(&pipeline.replace("type = \"open\"", behind)), (Some(0), String::new()));
+    let helium = "[gas]\ntemperature = 80\ngas_constant = 2077\ngamma = 1.667\n";
+    assert_eq!(run(&format!("{helium}{TUBE}")), (Some(0), String::new()));
+    told(
+        element("type = \"flame\"\nn = 0.1\ndelay = 3"),
+        ["(flame): delay is 3 s", "if these are ms, write 0.003"],
+    );
+    let neck = element("type = \"helmholtz\"\nvolume = 1e-3\nneck_area = 2\nneck_length = 0.01");
+    told(neck, ["neck_area is 2 m^2, more than the 1.963e-3 m^2", "look at its unit"]);
+    // Said before the search, which may not succeed with such a number.
+    let (_, said) = with("type = \"open\"", "type = \"delayed\"\nfactor = -1.0\ndelay = 1.5");
+    assert!(said.contains("[downstream]: delay is 1.5 s") && said.contains("write 0.0015"), "{said}");
+    // A delay of 3 ms in degrees, in steps of 1 Hz: it looks like one of 172 ms.
+    let rows = |delay: f64, unit: f64| {
+        let row = |k: i32| {
+            let f = f64::from(100 + k);
+            format!("[{f}, {}, {}]", (-0.02 * f64::from(k)).exp(), -f * delay * unit)
+        };
+        format!(
+            "type = \"flame\"\nn = 0.01\ntolerance = 0.1\ntable = [{}]",
+            (0..30).map(row).collect::<Vec<_>>().join(", ")
+        )
+    };
+    let (_, said) = element(&rows(3e-3, 360.0));
+    assert!(said.contains("falls as by a delay of 172 ms: it is in rad; if these are degrees"), "{said}");
+    assert_eq!(said.matches("the table ends at 100 and 129 Hz").count(), 1, "{said}");
+    let (_, said) = element(&rows(3e-3, std::f64::consts::TAU));
+    assert!(!said.contains("degrees"), "{said}");
+}

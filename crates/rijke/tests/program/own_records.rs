@@ -146,6 +146,10 @@ fn behaviour_the_rig_says_how_much_of_a_ring_down_is_fitted() {
         ("ping_decay_times = nan", "from 2 to 16 decay times"),
         ("ping_decay_times = \"7 s\"", "expected f64"),
         ("ping_decay_time = 7.0", "unknown field `ping_decay_time`"),
+        ("band_hz = [300, 80]", "`band_hz` is `[300.0, 80.0]`"),
+        ("band_hz = [80]", "two frequencies from 0.001 to 1e6 Hz"),
+        ("band_hz = [80, nan]", "two frequencies from 0.001 to 1e6 Hz"),
+        ("mains_hz = 0", "from 1 to 1000 Hz"),
     ] {
         fs::write(folder.join("rig.toml"), format!("{rig}\n[recording]\n{text}\n")).unwrap();
         let (code, said) = process(&folder, &["--force"]);
@@ -218,4 +222,40 @@ fn message_records_that_count_twice_or_hold_nothing() {
     for part in ["c.csv", "0 samples: the file holds no record", "export it again"] {
         assert!(said.contains(part), "{part}: {said}");
     }
+}
+
+#[test]
+fn behaviour_the_rig_says_where_the_mode_and_the_mains_lie() {
+    let folder = study("own-band");
+    let rig = fs::read_to_string(folder.join("rig.toml")).unwrap();
+    let recording = |text: &str| {
+        fs::write(folder.join("rig.toml"), format!("{rig}\n[recording]\n{text}\n")).unwrap();
+    };
+    // Before [search], which is from 60 to 460 Hz.
+    recording("band_hz = [65, 70]\nmains_hz = 60");
+    let (code, said) = process(&folder, &["--force"]);
+    assert!(code == Some(0), "{said}");
+    assert!(said.contains("the mode is sought from 65 to 70 Hz, as `band_hz` of rig.toml says"), "{said}");
+    // Behind the manifest, and behind the option.
+    manifest(&folder, &MANIFEST.replace("ping =", "band_hz = [64, 71]\nping ="));
+    let (_, said) = process(&folder, &["--force"]);
+    assert!(
+        said.contains("the mode is sought from 64 to 71 Hz, as `band_hz` of the manifest says"),
+        "{said}"
+    );
+    let (code, said) = process(&folder, &["--force", "--band", "60", "80"]);
+    assert!(code == Some(0) && !said.contains("the mode is sought"), "{said}");
+    // Another grid leaves another hum: without one the mains change nothing but what is taken for hum.
+    manifest(&folder, MANIFEST);
+    let growth = |mains: &str| {
+        recording(&format!("band_hz = [65, 70]\nmains_hz = {mains}"));
+        let (code, said) = process(&folder, &["--force"]);
+        assert!(code == Some(0), "{said}");
+        fs::read_to_string(folder.join("observations/pings.csv")).unwrap()
+    };
+    let [sixty, near] = ["60", "67.5"].map(growth);
+    recording("band_hz = [65, 70]");
+    assert_eq!(process(&folder, &["--force", "--mains", "67.5"]).0, Some(0));
+    assert_eq!(fs::read_to_string(folder.join("observations/pings.csv")).unwrap(), near);
+    assert_ne!(sixty, near);
 }

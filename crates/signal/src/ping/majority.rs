@@ -20,9 +20,9 @@ pub struct MajorityFit {
     pub left_out: Vec<(usize, Fault)>,
 }
 
-/// Fits a ping as [`fit_ping`] does; without a channel whose gain drifts or that carries no signal, and
-/// without one that alone keeps the others from being fitted. More than half of the channels must agree, two
-/// at least, among them the reference.
+/// Fits a ping as [`fit_ping`] does; without a channel whose gain drifts, that is clipped or that carries no
+/// signal, and without one that alone keeps the others from being fitted. More than half of the channels must
+/// agree, two at least, among them the reference.
 ///
 /// # Errors
 /// The [`Fault`] of the whole record, if leaving out channels is no remedy.
@@ -71,6 +71,7 @@ fn without_one(
         Fault::GainDrifts { channel, .. }
         | Fault::NoSignal { channel, .. }
         | Fault::DeadChannel { channel, .. }
+        | Fault::Clipped { channel, .. }
         | Fault::OnlyHum { channel, .. } => fit(*channel).map(|found| (*channel, found)),
         Fault::Residual { channel, .. } => {
             let found = fit(*channel).filter(in_order);

@@ -233,3 +233,27 @@ fn coverage_of_pressures_that_wander() {
     assert!(said.iter().any(|f| matches!(f, Fault::BesideMains(..))), "{said:?}");
     assert!(said.iter().all(|f| !matches!(f, Fault::Weak { .. })), "{said:?}");
 }
+
+#[test]
+fn behaviour_a_clipped_channel_is_left_out_unless_it_is_the_reference() {
+    let driven = tube(0.0);
+    let options = options(&driven);
+    let clip = |channel: usize| {
+        let mut record = driven.record(3);
+        let top = 0.7 * record[channel].iter().fold(0.0_f64, |a, v| a.max(v.abs()));
+        record[channel].iter_mut().for_each(|v| *v = v.clamp(-top, top));
+        majority(&driven, &record)
+    };
+    let other = (0..driven.channels).find(|m| *m != options.reference).unwrap();
+    let found = clip(other).unwrap();
+    assert!(matches!(found.left_out[..], [(m, Fault::Clipped { .. })] if m == other), "{:?}", found.left_out);
+    assert!(pull(&driven, &found).abs() < 4.0, "{}", pull(&driven, &found));
+    // As if the channel had not been recorded.
+    let mut rest = driven.record(3);
+    rest.remove(other);
+    let reference = options.reference - usize::from(other < options.reference);
+    let without = fit_ping(&trace(&driven, &rest), &PingOptions { reference, ..options.clone() }).unwrap();
+    assert_eq!(found.fit.ping.s, without.ping.s);
+    let fault = clip(options.reference).expect_err("pressures are relative to it");
+    assert!(matches!(fault, Fault::Clipped { channel, .. } if channel == options.reference), "{fault}");
+}

@@ -45,9 +45,11 @@ pub(crate) fn parameters(specs: Parameters, scope: &Scope) -> Outcome<Vec<(Param
         // Formulas compute with the number as it stands: 3 ms would be 3 s.
         if (parsed.to_si(0.0), parsed.to_si(1.0)) != (0.0, 1.0) {
             let si = crate::campaign::si_text(&parsed);
-            let need = "an SI unit without prefix; formulas compute with the number as it stands, so write prior and unit in SI";
-            let value = if si.is_empty() { unit } else { format!("{unit}, where {si} is due") };
-            return Err((at, StudyProblem::Value { key: format!("unit of {name}"), value, need }));
+            let si = if si.is_empty() { String::new() } else { format!(" `{si}`") };
+            let text = format!(
+                "the unit of `{name}` is `{unit}`, and formulas compute with the number as it stands: write its prior in SI units, and the unit{si}"
+            );
+            return Err((at, StudyProblem::Toml(text)));
         }
         let parameter = Parameter::new(name, symbol, unit, prior);
         // The checks on priors are those of the inference, where they are used.

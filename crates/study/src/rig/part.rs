@@ -93,6 +93,8 @@ pub struct Instruments {
     pub names: Vec<String>,
     /// Their places.
     pub at: Vec<Value>,
+    /// Line of their table in the file, from 1; 0 without a table.
+    pub line: usize,
     /// The one to which pressures are relative.
     pub reference: usize,
     /// Relative standard deviation of the gain of each, independent of the others; empty if not stated.

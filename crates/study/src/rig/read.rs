@@ -13,7 +13,7 @@ mod transfer;
 use self::recording::Recording;
 use super::gas::GasModel;
 use super::oscilos::Folder;
-use super::part::{Part, Shape};
+use super::part::{Instruments, Part, Shape};
 use super::value::{Reader, Value};
 use super::whole::Rig;
 use crate::campaign::COLDEST;
@@ -196,8 +196,10 @@ pub(super) fn rig(file: File, campaign: &Campaign, source: &Source) -> Outcome<R
         let end = end.ok_or_else(|| (0..0, StudyProblem::Missing { key: format!("[{place}]"), need }))?;
         reading.end(place, end)?;
     }
-    let microphones = reading.instruments(file.microphones, "p")?;
-    let thermometers = reading.instruments(file.thermometers, "T")?;
+    let lines = [&file.microphones, &file.thermometers]
+        .map(|table| table.as_ref().map_or(0, |table| source.line(table.span().start)));
+    let microphones = Instruments { line: lines[0], ..reading.instruments(file.microphones, "p")? };
+    let thermometers = Instruments { line: lines[1], ..reading.instruments(file.thermometers, "T")? };
     let (effects, mut used) = reading.effects()?;
     let heard = microphones.at.iter().filter_map(Value::unknown);
     for formula in reading.parts.iter().flat_map(Part::unknown).chain(heard) {
@@ -245,6 +247,8 @@ pub(super) fn rig(file: File, campaign: &Campaign, source: &Source) -> Outcome<R
         brought,
         ping_decay_times: file.recording.decay_times()?,
         arrival_setting_sd_s: file.recording.setting_sd()?,
+        ping_band_hz: file.recording.band()?,
+        mains_hz: file.recording.mains()?,
         search_is_stated: search.frequency_hz.is_some(),
         search: [search.growth_rate.unwrap_or([-500.0, 500.0]), hertz],
     })

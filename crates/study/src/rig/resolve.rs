@@ -144,7 +144,7 @@ impl Rig {
                         PartAt::Absent
                     } else {
                         for &x in &places {
-                            inside(&part.name, x, end)?;
+                            inside(&|| part.name.clone(), x, end)?;
                         }
                         PartAt::Places(places)
                     }
@@ -154,31 +154,33 @@ impl Rig {
                     if from.is_nan() || to.is_nan() {
                         PartAt::Absent
                     } else {
-                        inside(&part.name, from, end)?;
-                        inside(&part.name, to, end)?;
+                        inside(&|| part.name.clone(), from, end)?;
+                        inside(&|| part.name.clone(), to, end)?;
                         PartAt::Stretch([from.min(to), from.max(to)])
                     }
                 }
             });
         }
         for (name, x) in self.thermometers.names.iter().zip(&self.thermometers.at) {
-            inside(name, x.at(&numbers), end)?;
+            let of = || format!("{name} of [thermometers] on line {}", self.thermometers.line);
+            inside(&of, x.at(&numbers), end)?;
         }
         let mut microphones = Vec::with_capacity(self.microphones.at.len());
         for (name, x) in self.microphones.names.iter().zip(&self.microphones.at) {
             let x = x.at(&numbers);
-            inside(name, x, end)?;
+            let of = || format!("{name} of [microphones] on line {}", self.microphones.line);
+            inside(&of, x, end)?;
             microphones.push(x);
         }
         Ok(RigAtPoint { numbers, length: end, ducts, parts, microphones })
     }
 }
 
-fn inside(name: &str, x: f64, length: f64) -> Result<(), StudyProblem> {
+fn inside(name: &dyn Fn() -> String, x: f64, length: f64) -> Result<(), StudyProblem> {
     if (-SAME * length..=length * (1.0 + SAME)).contains(&x) {
         return Ok(());
     }
-    let (key, value) = (format!("{name}: at"), format!("{x} m"));
+    let (key, value) = (format!("{}: at", name()), format!("{x} m"));
     Err(StudyProblem::Value { key, value, need: "on the ducts, from 0 to their total length" })
 }
 

@@ -48,6 +48,10 @@ pub struct Rig {
     pub ping_decay_times: Option<f64>,
     /// Standard deviation of a shift of all arrival times alike between two settings of the rig, s.
     pub arrival_setting_sd_s: f64,
+    /// Frequencies between which the mode of pings is sought, Hz, if `[recording]` states them.
+    pub ping_band_hz: Option<[f64; 2]>,
+    /// Frequency of the mains, Hz, if stated.
+    pub mains_hz: Option<f64>,
 }
 
 impl Rig {

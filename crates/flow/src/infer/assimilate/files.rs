@@ -126,7 +126,11 @@ fn write(path: &Path, value: &impl Serialize) -> Result<(), FlowError> {
 }
 
 fn problem(path: &Path, why: &impl ToString) -> FlowError {
-    FlowError::File { file: path.to_path_buf(), problem: why.to_string() }
+    // Some errors name the file themselves, and the line behind a colon.
+    let (file, why) = (path.display().to_string(), why.to_string());
+    let place = why.strip_prefix(&file).and_then(|rest| rest.strip_prefix(':'));
+    let problem = place.map_or(why.as_str(), str::trim_start).to_owned();
+    FlowError::File { file: path.to_path_buf(), problem }
 }
 
 /// `power_w`, `ambient_k`, then one column per sensor with its unit.

@@ -36,13 +36,18 @@ pub struct FlowRecord {
     pub samples: Vec<Sample>,
 }
 
+/// Most samples of a run: three days at the usual interval of 15 s, and more than enough for what settles
+/// within hours.
+const MOST_SAMPLES: usize = 20_000;
+
 impl FlowRecord {
     /// Refuses a record from which nothing can be inferred.
     ///
     /// # Errors
     /// [`FlowError::NotCalibrated`] if the first sample is not taken without power (nothing fixes the channel
-    /// delays then), [`FlowError::TooFewSamples`], [`FlowError::Readings`], [`FlowError::Sensor`],
-    /// [`FlowError::Setting`], and [`FlowError::Sample`] with [`FlowError::Power`] or [`FlowError::Range`].
+    /// delays then), [`FlowError::TooFewSamples`], [`FlowError::TooManySamples`], [`FlowError::Readings`],
+    /// [`FlowError::Sensor`], [`FlowError::Setting`], and [`FlowError::Sample`] with [`FlowError::Power`] or
+    /// [`FlowError::Range`].
     pub fn checked(self, pipe: &Pipe) -> Result<Self, FlowError> {
         let positive = |v: f64| v.is_finite() && v > 0.0;
         let settings = [
@@ -71,6 +76,9 @@ impl FlowRecord {
         let have = self.samples.len() * self.sensors.len();
         if have < unknown {
             return Err(FlowError::TooFewSamples { have, need: unknown });
+        }
+        if self.samples.len() > MOST_SAMPLES {
+            return Err(FlowError::TooManySamples { have: self.samples.len(), most: MOST_SAMPLES });
         }
         let kinds: Vec<SensorKind> = self.sensors.iter().map(|s| s.kind).collect();
         for (index, sample) in self.samples.iter().enumerate() {

@@ -77,7 +77,7 @@ pub(super) const CASES: [Case; 30] = [
         "prior of negative width",
         |d| own(d, "sd = 1.0", "sd = -1.0"),
         RANK,
-        ["own.toml, line 6", "the prior of `kd`", "-1"],
+        ["own.toml, line 6", "the prior of parameter 'kd' is impossible", "sd = -1"],
     ),
     case(
         "reflection inside",

@@ -62,7 +62,47 @@ fn cell(folder: &Path, file: &str, n: usize, value: &str) {
     fs::write(path, lines.join("\n") + "\n").unwrap();
 }
 
-pub(super) const CASES: [Case; 20] = [
+pub(super) const CASES: [Case; 24] = [
+    case(
+        "another tube beside the observations",
+        |d| edit(d, "data/observations/rig.toml", "inner_diameter = 0.0474", "inner_diameter = 0.05"),
+        RANK,
+        [
+            "data/rig.toml: the inner diameter is 0.0474 m",
+            "data/observations/rig.toml says 0.05 m",
+            "correct the file",
+        ],
+    ),
+    case(
+        "another heated tube beside the observations",
+        |d| edit(d, "data/observations/tube.toml", "inner_diameter = 0.0474", "inner_diameter = 0.05"),
+        "check data",
+        [
+            "data/rig.toml: the inner diameter is 0.0474 m",
+            "data/observations/tube.toml says 0.05 m",
+            "correct the file",
+        ],
+    ),
+    case(
+        "another length beside the observations",
+        |d| edit(d, "data/observations/rig.toml", "length = 1.0", "length = 1.1"),
+        "check data",
+        [
+            "data/rig.toml: the length of the rig is 1 m",
+            "data/observations/rig.toml says 1.1 m",
+            "correct the file",
+        ],
+    ),
+    case(
+        "other microphones beside the observations",
+        |d| edit(d, "data/observations/rig.toml", "0.45", "0.46"),
+        RANK,
+        [
+            "data/rig.toml: the rig is 8 microphones at [0.25, 0.35, 0.45,",
+            "says 8 microphones at [0.25, 0.35, 0.46,",
+            "correct the file",
+        ],
+    ),
     case(
         "point of a ramp whose state would be taken for settled",
         |d| {

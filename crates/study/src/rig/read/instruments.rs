@@ -63,7 +63,7 @@ impl Reading<'_> {
             let known = known.into();
             return Err(wrong(StudyProblem::Unknown { what: "key of this table", name: key.clone(), known }));
         }
-        Ok(Instruments { names, at: places, reference, gain_sds, delay_sds })
+        Ok(Instruments { names, at: places, line: 0, reference, gain_sds, delay_sds })
     }
 }
 

@@ -16,6 +16,8 @@ pub(super) struct Recording {
     _click_rate_hz: Option<IgnoredAny>,
     arrival_setting_sd_s: Option<Spanned<f64>>,
     ping_decay_times: Option<Spanned<f64>>,
+    band_hz: Option<Spanned<Vec<f64>>>,
+    mains_hz: Option<Spanned<f64>>,
 }
 
 impl Recording {
@@ -40,5 +42,30 @@ impl Recording {
         let need =
             "from 2 to 16 decay times: leave it out for 7, or take less if what comes late is not free decay";
         Err((at, StudyProblem::Value { key: "ping_decay_times".into(), value: value.to_string(), need }))
+    }
+
+    /// Frequencies between which the mode of the pings is sought, Hz.
+    pub(super) fn band(&self) -> Outcome<Option<[f64; 2]>> {
+        let Some(band) = &self.band_hz else { return Ok(None) };
+        let allowed = |f: &f64| (1e-3..=1e6).contains(f);
+        match band.get_ref()[..] {
+            [low, high] if low < high && [low, high].iter().all(allowed) => Ok(Some([low, high])),
+            _ => {
+                let (key, value) = ("band_hz".into(), format!("{:?}", band.get_ref()));
+                let need = "two frequencies from 0.001 to 1e6 Hz, the lower one first, such as [80, 300]";
+                Err((band.span(), StudyProblem::Value { key, value, need }))
+            }
+        }
+    }
+
+    /// Frequency of the mains, Hz.
+    pub(super) fn mains(&self) -> Outcome<Option<f64>> {
+        let Some(mains) = &self.mains_hz else { return Ok(None) };
+        let value = *mains.get_ref();
+        if (1.0..=1e3).contains(&value) {
+            return Ok(Some(value));
+        }
+        let need = "from 1 to 1000 Hz: 50 or 60 where there is a grid";
+        Err((mains.span(), StudyProblem::Value { key: "mains_hz".into(), value: value.to_string(), need }))
     }
 }

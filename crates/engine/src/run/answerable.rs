@@ -1,0 +1,78 @@
+//! Whether the questions of a study can be answered at their points, before anything is trained.
+
+use super::combined::{assembly_of, first_of_responses, rows_of};
+use super::inputs::{ambient_of_all, conditions, states};
+use crate::rows::Choice;
+use crate::{Conditions, EngineError, PointModel};
+use rijke_network::{NetworkError, Workspace};
+use rijke_numerics::{C64, Order};
+use rijke_study::plan::{Ask, Question};
+use rijke_study::{ObservedModes, PointState, Study};
+use std::collections::BTreeMap;
+
+/// Refuses a question that asks for a prediction at a point where a model that may win its stage is
+/// undefined: the first combination of each earlier stage is taken, parameters are at the centre of their
+/// priors. A point of whose gas nothing is known is passed over, as in the answer.
+///
+/// # Errors
+/// [`EngineError::Unanswerable`], and those of the files.
+pub fn answerable(study: &Study, observations: &ObservedModes) -> Result<(), EngineError> {
+    let asked = |question: &&Question| matches!(question.ask, Ask::Prediction { .. });
+    if !study.plan.questions.iter().any(|q| asked(&q)) {
+        return Ok(());
+    }
+    let ambient = ambient_of_all(study, observations);
+    let states = states(study, &ambient, true)?;
+    at_all_points(study, &states, &ambient)
+}
+
+/// As [`answerable`], of what is known of the gas at every point.
+pub(super) fn at_all_points(
+    study: &Study,
+    states: &BTreeMap<usize, PointState>,
+    ambient: &[Option<[f64; 2]>],
+) -> Result<(), EngineError> {
+    let mut done: BTreeMap<String, Choice> = first_of_responses(study);
+    for stage in &study.plan.stages {
+        let rows = rows_of(study, stage, &|id| done.get(id).cloned().into_iter().collect());
+        for question in study.plan.questions.iter().filter(|q| q.stage == stage.id) {
+            let Ask::Prediction { points, .. } = &question.ask else { continue };
+            let meant = study.campaign.points.iter().enumerate();
+            for (k, point) in meant.filter(|(_, p)| points.holds(&study.campaign, p)) {
+                let Ok(conditions) = conditions(study, point, states.get(&k), ambient[k]) else { continue };
+                for row in &rows {
+                    if let Some(source) = undefined(study, &row.choice, &stage.hold, &conditions)? {
+                        let model = row.choice.values().cloned().collect::<Vec<_>>().join(" + ");
+                        let (question, source) = (question.id.clone(), Box::new(source));
+                        return Err(EngineError::Unanswerable { question, model, source });
+                    }
+                }
+            }
+        }
+        if let Some(row) = rows.into_iter().next() {
+            done.insert(stage.id.clone(), row.choice);
+        }
+    }
+    Ok(())
+}
+
+/// Why the model of these candidates is undefined under these conditions, in the middle of the frequencies of
+/// the search; nothing if it is defined.
+fn undefined(
+    study: &Study,
+    choice: &Choice,
+    hold: &BTreeMap<String, f64>,
+    conditions: &Conditions,
+) -> Result<Option<EngineError>, EngineError> {
+    let assembly = assembly_of(study, choice, hold)?;
+    let values: Vec<f64> = assembly.parameters().iter().map(|p| p.prior.quantile(0.5)).collect();
+    let [low, high] = study.rig.search[1];
+    let middle = C64::new(0.0, std::f64::consts::PI * (low + high));
+    let found = PointModel::new(&assembly, conditions, &[]).and_then(|model| {
+        model.starting_from(middle).respond(&values, Order::Value, &mut Workspace::default())
+    });
+    Ok(match found {
+        Err(why @ EngineError::Network { source: NetworkError::NotFinite { .. }, .. }) => Some(why),
+        _ => None,
+    })
+}

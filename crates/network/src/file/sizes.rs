@@ -1,0 +1,146 @@
+//! Numbers of a file that no rig has, and that are most often in another unit.
+
+use super::item::Item;
+use super::layout::Placed;
+use super::schema::{Coefficient, Element, Gas};
+use super::warning::Warning;
+use crate::plane::region::Region;
+use std::f64::consts::{PI, TAU};
+
+/// A duct of fewer wavelengths at the highest frequency of the search is no slip, nor is a delay of fewer
+/// periods. Whoever looks for the first mode of a tube, at a quarter of a wavelength, and gives its length in
+/// mm, gives 250.
+const MOST_WAVELENGTHS: f64 = 200.0;
+/// As long as this, m, ducts are of most rigs, whatever the search.
+const LONG: f64 = 100.0;
+/// Wider ducts than this, m, are no slip either where the sound is in plane waves.
+const WIDE: f64 = 5.0;
+/// Longer necks, holes and plates than this, m, are none.
+const THICK: f64 = 5.0;
+/// A delay that is most often one in milliseconds, s.
+const LATEST: f64 = 1.0;
+/// Gas this cold, K, is most often given in degrees Celsius.
+const COLDEST: f64 = 100.0;
+/// Gas constants above this, J/(kg K), are those of helium and hydrogen, which stay gases where it is colder.
+const LIGHT: f64 = 1000.0;
+/// A neck so many times as wide as its duct is in another unit.
+const NECK: f64 = 10.0;
+
+/// What is judged by the sound that is looked for.
+pub(super) struct Sizes {
+    /// Highest frequency of the search, Hz.
+    highest: f64,
+    /// Wavelength there in the gas of the file, m.
+    wavelength: f64,
+    /// Whether its gas is a liquid where it is very cold.
+    freezes: bool,
+}
+
+impl Sizes {
+    pub(super) fn of(gas: &Gas, region: &Region) -> Self {
+        let highest = region.omega[1] / TAU;
+        let sound_speed = (gas.gamma * gas.gas_constant * gas.temperature.max(COLDEST)).sqrt();
+        Self { highest, wavelength: sound_speed / highest, freezes: gas.gas_constant < LIGHT }
+    }
+
+    /// What is doubtful about the sizes of gas and elements.
+    pub(super) fn doubtful(&self, head: &Item, gas: &Gas, placed: &[Placed]) -> Vec<Warning> {
+        let mut all: Vec<Warning> = self.cold(head, gas.temperature).into_iter().collect();
+        for Placed { item, element, x, .. } in placed {
+            let thick = |key, value: f64| {
+                (value > THICK).then(|| millimetres(item, key, value, "longer than any".to_owned()))
+            };
+            match element {
+                Element::Duct(duct) => {
+                    all.extend(self.long(item, duct.length));
+                    let wide = |(key, value): (&'static str, Option<f64>)| self.wide(item, key, value?);
+                    let widths = [("diameter", duct.diameter), ("diameter_end", duct.diameter_end)];
+                    all.extend(widths.into_iter().find_map(wide));
+                    let given = [duct.temperature, duct.temperature_end];
+                    let list = duct.temperatures.iter().flatten().copied();
+                    all.extend(given.into_iter().flatten().chain(list).find_map(|t| self.cold(item, t)));
+                }
+                Element::Flame(flame) => {
+                    all.extend(self.late(item, flame.delay).or_else(|| self.late(item, flame.delay_end?)));
+                }
+                Element::Feedback { mu, mp, eu, ep } => {
+                    let delay = |c: &Coefficient| match c {
+                        Coefficient::Function(t) => self.late(item, t.delay),
+                        Coefficient::Constant(_) => None,
+                    };
+                    all.extend([mu, mp, eu, ep].into_iter().find_map(delay));
+                }
+                Element::Helmholtz { neck_area, neck_length, .. } => {
+                    all.extend(thick("neck_length", *neck_length));
+                    let duct = area_at(placed, *x).filter(|duct| *neck_area > NECK * duct);
+                    let (line, place, neck) = (item.line, item.place.clone(), *neck_area);
+                    all.extend(duct.map(|duct| Warning::Neck { line, place, neck, duct }));
+                }
+                Element::QuarterWave { length, .. } => all.extend(self.long(item, *length)),
+                Element::SideHole { length, .. } => all.extend(thick("length", *length)),
+                Element::Orifice { thickness, .. } => all.extend(thick("thickness", *thickness)),
+                Element::Screen { effective_length, .. } => {
+                    all.extend(thick("effective_length", *effective_length));
+                }
+            }
+        }
+        all
+    }
+
+    /// A delay of too many periods.
+    pub(super) fn late(&self, item: &Item, value: f64) -> Option<Warning> {
+        let periods = value * self.highest;
+        let why = || format!("{periods:.0} periods of the highest frequency of the search");
+        let remedy = || format!("if these are ms, write {}", 1e-3 * value);
+        let late = value > LATEST && periods > MOST_WAVELENGTHS;
+        late.then(|| size(item, "delay", value, "s", why(), remedy()))
+    }
+
+    /// A duct of too many wavelengths.
+    fn long(&self, item: &Item, value: f64) -> Option<Warning> {
+        let waves = value / self.wavelength;
+        let why = || format!("{waves:.0} wavelengths at the highest frequency of the search");
+        let long = value > LONG && waves > MOST_WAVELENGTHS;
+        long.then(|| millimetres(item, "length", value, why()))
+    }
+
+    /// A duct in which sound is in no plane waves.
+    fn wide(&self, item: &Item, key: &'static str, value: f64) -> Option<Warning> {
+        let why = || "wider than a wavelength at the highest frequency of the search".to_owned();
+        (value > WIDE && value > self.wavelength).then(|| millimetres(item, key, value, why()))
+    }
+
+    fn cold(&self, item: &Item, value: f64) -> Option<Warning> {
+        let remedy = || format!("if these are degrees Celsius, write {}", value + 273.15);
+        let why = || "so cold that most gases are none".to_owned();
+        (self.freezes && value < COLDEST).then(|| size(item, "temperature", value, "K", why(), remedy()))
+    }
+}
+
+fn millimetres(item: &Item, key: &'static str, value: f64, why: String) -> Warning {
+    size(item, key, value, "m", why, format!("if these are mm, write {}", 1e-3 * value))
+}
+
+fn size(
+    item: &Item,
+    key: &'static str,
+    value: f64,
+    unit: &'static str,
+    why: String,
+    remedy: String,
+) -> Warning {
+    Warning::Size { line: item.line, place: item.place.clone(), key, value, unit, why, remedy }
+}
+
+/// Area of the wider of the ducts at a place, m^2, by what the file says of their beginnings and ends.
+fn area_at(placed: &[Placed], x: f64) -> Option<f64> {
+    let near = |p: &Placed| match &p.element {
+        Element::Duct(duct) if (p.x - 1e-9..=p.x + duct.length + 1e-9).contains(&x) => {
+            let round = |d: Option<f64>| d.map(|d| 0.25 * PI * d * d);
+            let areas = [duct.area, duct.area_end, round(duct.diameter), round(duct.diameter_end)];
+            areas.into_iter().flatten().reduce(f64::max)
+        }
+        _ => None,
+    };
+    placed.iter().filter_map(near).reduce(f64::max)
+}
