@@ -34,8 +34,8 @@ impl Study {
         modes.into_iter().map(whole).collect()
     }
 
-    /// What the errors of the channels make of the numbers of a mode: a pressure P is measured as P (1 + s d
-    /// - g). None of a mode whose frequency was not measured.
+    /// What the errors of the channels make of the numbers of a mode: a pressure P is measured as P (1 - s d
+    /// + g). None of a mode whose frequency was not measured.
     fn share(&self, errors: &ChannelErrors, mode: &ObservedMode) -> Option<Matrix> {
         let (reference, s) = (self.rig.microphones.reference, mode.near(0.0)?);
         let (rows, n) = (mode.numbers().len(), errors.delays.rows());
@@ -43,7 +43,7 @@ impl Study {
         let mut slopes = Matrix::zeros(rows, 2 * n);
         for (k, (m, p)) in mode.pressures.iter().enumerate().filter(|(_, (m, _))| *m != reference) {
             let (row, m) = (first + 2 * k, m - usize::from(*m > reference));
-            for (column, z) in [(m, *p * s), (n + m, -*p)] {
+            for (column, z) in [(m, -*p * s), (n + m, *p)] {
                 (slopes[(row, column)], slopes[(row + 1, column)]) = (z.re, z.im);
             }
         }
@@ -201,7 +201,7 @@ mod tests {
         }
         let plain = read("without", &with(&SDS), None).unwrap();
         let added = read("added", &with(&SDS), Some(&format!("{CHANNELS}contained = false\n"))).unwrap();
-        // P (1 + s d - g), by hand, of the real parts of the two pressures.
+        // P (1 - s d + g), by hand, of the real parts of the two pressures.
         let s = plain.near(0.0).unwrap();
         let (p, q) = (plain.pressures[0].1, plain.pressures[1].1);
         let own = 4e-10 * (p * s).re.powi(2) + 4e-4 * p.re.powi(2) + 9e-6;

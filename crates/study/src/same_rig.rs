@@ -76,7 +76,7 @@ impl Study {
             Err(StudyError { file: own.clone(), line: None, problem: Box::new(StudyProblem::Toml(text)) })
         };
         let pair = |what: &str, unit: &str, ours: f64, theirs: Option<f64>, same: f64| match theirs {
-            Some(theirs) if !((ours - theirs).abs() <= same) => {
+            Some(theirs) if (ours - theirs).abs() > same || theirs.is_nan() => {
                 differ(what, format!("{ours} {unit}"), format!("{theirs} {unit}"))
             }
             _ => Ok(()),

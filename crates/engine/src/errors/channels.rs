@@ -8,7 +8,7 @@ use rijke_rig::{ChannelErrors, ModeRows};
 use rijke_study::Rig;
 
 /// The delays and gains of the chosen microphones but the reference, which a training finds together with the
-/// model: a relative pressure P is measured as P (1 + s d - g). Taken as noise of each point, their error
+/// model: a relative pressure P is measured as P (1 - s d + g). Taken as noise of each point, their error
 /// would seem to vanish in the mean over points; as parameters it stays.
 pub(crate) struct Channels {
     /// First the delays d, then the gains g.
@@ -66,7 +66,7 @@ impl Channels {
         for (k, (microphone, p)) in used.others.iter().zip(&used.pressures).enumerate() {
             let Some(m) = self.microphones.iter().position(|other| other == microphone) else { continue };
             let Some(row) = used.rows.iter().position(|row| *row == ModeRows::pressure(k)) else { continue };
-            for (column, z) in [(m, p * observed.near), (n + m, -p)] {
+            for (column, z) in [(m, -p * observed.near), (n + m, *p)] {
                 (slopes[(row, column)], slopes[(row + 1, column)]) = (z.re, z.im);
             }
         }
@@ -87,7 +87,7 @@ impl NamedGaussian {
         };
         let mut clear = observed.clone();
         for (m, p) in &mut clear.mode.pressures {
-            *p /= 1.0 + observed.near * found(DELAY, *m) - found(GAIN, *m);
+            *p /= 1.0 - observed.near * found(DELAY, *m) + found(GAIN, *m);
         }
         clear
     }
@@ -150,9 +150,9 @@ impl Forward for Heard<'_> {
             std::iter::once((*s, None)).chain(microphones.iter().map(move |m| (*s, Some(*m))))
         });
         for (row, (s, microphone)) in (0..rows).step_by(2).zip(complex) {
-            let factor = microphone.map_or(C64::ONE, |m| 1.0 + s * errors[m] - errors[n + m]);
+            let factor = microphone.map_or(C64::ONE, |m| 1.0 - s * errors[m] + errors[n + m]);
             // What a delay and a gain multiply.
-            let by_error = microphone.into_iter().flat_map(|m| [(m, s), (n + m, -C64::ONE)]);
+            let by_error = microphone.into_iter().flat_map(|m| [(m, -s), (n + m, C64::ONE)]);
             let clear_value = C64::new(heard.values[row], heard.values[row + 1]);
             let value = clear_value * factor;
             (heard.values[row], heard.values[row + 1]) = (value.re, value.im);

@@ -1,6 +1,6 @@
 //! Delays and gains of channels as parameters that all responses of a session share.
 //!
-//! What a microphone hears, relative to another one of its session, is P (1 + s d - g), as in
+//! What a microphone hears, relative to another one of its session, is P (1 - s d + g), as in
 //! [`rijke_rig::ChannelErrors`]. An error that all microphones share is that of the sources, or cancels in a
 //! transfer function. Being linear in d and g, the model is as Gaussian in them as the noise, so that
 //! Laplace's method integrates over them in closed form.
@@ -94,7 +94,7 @@ impl Channels {
                 all.known.push((names, covariance));
                 let slope = |m: usize, sign: f64| {
                     let place = others.iter().position(|other| *other == m)?;
-                    Some((first + place, if is_delay { sign } else { -sign }, is_delay))
+                    Some((first + place, if is_delay { -sign } else { sign }, is_delay))
                 };
                 for load in &loads {
                     match &whats[*load] {

@@ -22,11 +22,14 @@ pub(super) struct Left {
     pub(super) ratio: f64,
     /// Standard deviation of that ratio for independent residuals.
     pub(super) ratio_sd: f64,
+    /// The size over that which the measured standard deviations have alone; none if some were not measured.
+    pub(super) beyond_stated: Option<f64>,
 }
 
 /// What is left of `measured` by what the head hears; `rest` is the covariance of what is not the head's.
 pub(super) fn left(measured: &[Measured], heard: Vec<Vec<C64>>, rest: Rest<'_>) -> Left {
     let (mut plain, mut square, mut data, mut pairs, mut shared) = (0.0, 0.0, 0.0, 0.0, 0.0);
+    let mut stated = 0.0;
     for (m, heard) in measured.iter().zip(&heard) {
         // Of a complex number: both parts have this variance.
         let sds: Vec<f64> = (0..m.values.len())
@@ -34,6 +37,7 @@ pub(super) fn left(measured: &[Measured], heard: Vec<Vec<C64>>, rest: Rest<'_>) 
             .collect();
         let residuals: Vec<C64> = m.values.iter().zip(heard).map(|(m, h)| m - h).collect();
         let standard: Vec<C64> = residuals.iter().zip(&sds).map(|(z, sd)| z / sd).collect();
+        stated += residuals.iter().zip(&m.sd).map(|(z, sd)| 0.5 * (z / sd).norm_sqr()).sum::<f64>();
         plain += residuals.iter().map(|z| z.norm_sqr()).sum::<f64>();
         square += standard.iter().map(|z| z.norm_sqr()).sum::<f64>();
         data += m.values.iter().zip(&sds).map(|(z, sd)| (z / sd).norm_sqr()).sum::<f64>();
@@ -51,6 +55,7 @@ pub(super) fn left(measured: &[Measured], heard: Vec<Vec<C64>>, rest: Rest<'_>) 
         neighbours_sds: (neighbours - shared / count) * (2.0 * count).sqrt(),
         ratio: (square / count).sqrt(),
         ratio_sd: 1.0 / (4.0 * count).sqrt(),
+        beyond_stated: measured.iter().all(|m| m.sd.len() == m.values.len()).then(|| (stated / count).sqrt()),
     }
 }
 
@@ -95,6 +100,8 @@ mod tests {
         // A fault of the well measured half, which the noise of the other half is far above.
         let fault = left_of(2.0, 0.0);
         assert!(fault.ratio > 1.5 && fault.neighbours_sds > 8.0, "{} {}", fault.ratio, fault.neighbours_sds);
+        // Of what was measured the standard deviations are the whole expectation here.
+        assert!((fault.beyond_stated.unwrap() / fault.ratio - 1.0).abs() < 1e-12);
         // In numbers as they stand the poorly measured half is nearly all of it.
         assert!((fault.size / noise.size - 1.0).abs() < 1e-2 && noise.size > 0.08);
         assert!(noise.share < 0.02, "{}", noise.share);

@@ -32,6 +32,9 @@ const POOR: f64 = 0.1;
 /// Residuals that are larger than expected by this factor are told, if it is no accident.
 const LARGER: f64 = 1.2;
 
+/// Residuals that are larger than what the data state by this factor are told where the noise covers them.
+const BEYOND: f64 = 1.5;
+
 /// A study with its responses, and what has been trained of it so far.
 pub struct ResponseRun {
     pub(super) study: Study,
@@ -206,6 +209,14 @@ impl ResponseRun {
         record.too_sure = larger || left.neighbours_sds > NOT_NOISE;
         if larger {
             remarks.push(too_large(stage, &left));
+        }
+        let floats = !matches!(stage.noise, SdSpec::Fixed(_));
+        let beyond =
+            left.beyond_stated.filter(|b| floats && *b > BEYOND && *b > 1.0 + NOT_NOISE * left.ratio_sd);
+        if let Some(beyond) = beyond {
+            remarks.push(format!(
+                "the residuals are {beyond:.1} times the standard deviations that the data state, and the inferred noise covers the rest: the data                  are worse than they say, or the model lacks something, which may have moved its parameters by more than their deviations"
+            ));
         }
         let share = left.share;
         if share > POOR {

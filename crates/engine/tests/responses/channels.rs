@@ -50,7 +50,7 @@ impl Truth {
             let s = C64::new(0.0, 2.0 * PI * f);
             let waves = columns(*f, self.duct);
             let one = |(m, h): (usize, &[C64; 2])| {
-                (h[0] * a + h[1] * b) * (1.0 + s * self.delays[m] - self.gains[m])
+                (h[0] * a + h[1] * b) * (1.0 - s * self.delays[m] + self.gains[m])
             };
             let clean: Vec<C64> = waves.iter().enumerate().map(one).collect();
             let level =
@@ -225,7 +225,7 @@ fn exact_transfer_functions_tell_the_gains_of_each_session() {
             let s = C64::new(0.0, 2.0 * PI * f);
             let at = |m: usize| {
                 let wave = (-s * AT[m] / c).exp() - (-s * (2.2 - AT[m]) / c).exp();
-                wave * (1.0 + s * delays[point][m] - gains[point][m])
+                wave * (1.0 - s * delays[point][m] + gains[point][m])
             };
             at(to) / at(from)
         };

@@ -12,7 +12,7 @@ use std::path::Path;
 /// [`crate::Ping`], too, which cannot say that they are the same from point to point.
 ///
 /// With delays off by d and relative gains off by g against the reference microphone's, a relative pressure P
-/// is measured as P (1 + s d - g).
+/// is measured as P (1 - s d + g).
 #[derive(Clone, Debug, PartialEq)]
 pub struct ChannelErrors {
     /// Covariance of d over all microphones but the reference, in their order, s^2.
@@ -43,7 +43,7 @@ fn is_contained(contained: &bool) -> bool {
 }
 
 const HEADER: &str = "# What the calibration leaves of the channels, all microphones but the reference, relative to it.\n\
-                      # A relative pressure P is measured as P (1 + s d - g), d and g the same in every ping.\n";
+                      # A relative pressure P is measured as P (1 - s d + g), d and g the same in every ping.\n";
 
 impl ChannelErrors {
     pub(crate) fn write(&self, path: &Path) -> Result<(), RigError> {

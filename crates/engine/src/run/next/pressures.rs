@@ -116,13 +116,13 @@ impl Listening {
         })
     }
 
-    /// Adds the errors of delays and gains: P (1 + s d - g) is measured.
+    /// Adds the errors of delays and gains: P (1 - s d + g) is measured.
     pub(super) fn add_channels(&self, numbers: &mut Numbers, others: &[usize]) {
         let s = C64::new(numbers.values[0], numbers.values[1]);
         let size = numbers.values.len();
         for (i, (m, p)) in others.iter().zip(numbers.pressures()).enumerate() {
             let Some(errors) = self.channels.get(m) else { continue };
-            for (slope, error) in [p * s, -p].into_iter().zip(errors) {
+            for (slope, error) in [-p * s, p].into_iter().zip(errors) {
                 let add = |to: &mut Vec<f64>, factor: f64| {
                     to[ModeRows::pressure(i)] += slope.re * factor;
                     to[ModeRows::pressure(i) + 1] += slope.im * factor;
