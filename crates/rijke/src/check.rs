@@ -128,7 +128,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
             && shared > 0
         {
             ui.say(format!(
-                "  {shared} installations have several of these points, which count as independent; `installation` of this stage's noise says how much assemblies differ"
+                "  {shared} installations hold several of these points each, which count as independent: if assemblies differ, state `installation` in the noise of this stage"
             ));
         }
         if study.plan.stage(&stage.id).is_some_and(|(_, plan)| plan.base_errors) {

@@ -236,12 +236,13 @@ fn table(ui: &Ui, stage: &StageRecord) {
     ui.say(format!("{} ({modes} {})", stage.title, if modes == 1 { "mode" } else { "modes" }));
     let models = stage.by_evidence();
     let best = models.first().map_or(0.0, |m| m.ln_evidence());
+    let of_all = stage.remarks_of_all();
     for model in models {
         let mark = if model.id == stage.chosen { "  <- goes on" } else { "" };
         match model.evidence {
             Some(_) => {
                 ui.say(format!("  {:>9.1} nats  {}{mark}", model.ln_evidence() - best, model.id));
-                for remark in crate::results::reasons(&model.remark) {
+                for remark in model.remarks().filter(|line| !of_all.contains(line)) {
                     ui.say(format!("                  {remark}"));
                 }
             }
@@ -250,6 +251,7 @@ fn table(ui: &Ui, stage: &StageRecord) {
             }
         }
     }
+    of_all.iter().for_each(|said| ui.say(format!("      of all these: {said}")));
     if let Some(model) = stage.models.iter().find(|m| m.id == stage.chosen) {
         carried_on(ui, stage);
         if let Some((other, behind)) = stage.nearest().filter(|(_, behind)| *behind < stage.decides) {
@@ -264,8 +266,8 @@ fn table(ui: &Ui, stage: &StageRecord) {
             ui.say(format!("      these numbers stand on a choice that is not decided. {assumed}."));
         }
         // What a search leaves of a noise that the data choose to be none.
-        let some = |(k, v): (usize, f64)| if v.abs() < NO_MISFIT[k] { 0.0 } else { v.abs() };
-        let [growth, frequency, pressure] = [0, 1, 2].map(|k| some((k, model.misfit[k])));
+        let size = |k: usize| Some(model.misfit[k].abs()).filter(|v| *v >= NO_MISFIT[k]).unwrap_or(0.0);
+        let [growth, frequency, pressure] = [0, 1, 2].map(size);
         let trained = !stage.measured.is_empty();
         let misfit = format!(
             "      misfit beyond the measured errors: {} 1/s, {} Hz, {} of relative pressures",
