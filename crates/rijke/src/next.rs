@@ -79,7 +79,7 @@ const NO_DIFFERENCE: f64 = 1e-3;
 
 pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     let dir = &args.dir;
-    let Ranked { study, observed, stage, every, model } = Ranked::open(dir, args.stage.as_deref())?;
+    let Ranked { study, observed, stage, every, model } = Ranked::open(dir, args.stage.as_deref(), ui)?;
     // Where nothing is open, the best other model; a stage of one model has none.
     let mut rivals: Vec<OpenModel> = kept_if_any(dir, &open_of(&stage.id))?.unwrap_or_default();
     if rivals.is_empty() {

@@ -2,6 +2,7 @@
 
 use crate::{
     failure::{Classify, Failure},
+    made_of::{MadeOf, warn_of_records},
     map, number,
     staging::StagedFolder,
     study::{doubts_of, observations, of_the_engine, open, warn_of, warn_of_left_out},
@@ -57,6 +58,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     let (observations, doubts) = (observations(&study)?, doubts_of(&study));
     let staged = StagedFolder::new(&dir.join("results"), "numbers/claims.json", args.force)?.told(ui);
     warn_of(ui, &study, &observations)?;
+    warn_of_records(dir, ui);
     if let Some(id) = args.until.as_ref().filter(|id| study.plan.response(id).is_some()) {
         return Err(Failure::bad_input(format!(
             "--until {id}: that stage trains on responses, and these all run before those of modes"
@@ -97,6 +99,14 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
             100.0 * heat.scatter_within[0],
             100.0 * heat.scatter_within[1]
         ));
+        let [offset, sd, before] = heat.common;
+        if before > 0.0 && !heat.thermometers.is_empty() {
+            ui.note(format!(
+                "the thermometers together read {} K too much, by readings and heat (0 +- {} before them)",
+                number::with_sd(offset, sd),
+                number::rounded(before)
+            ));
+        }
         heat.warnings().iter().for_each(|warning| ui.note(format!("warning: {warning}")));
     }
     let (mut stages, mut answers) = (Vec::new(), Vec::new());
@@ -155,6 +165,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     for answer in &answers {
         keep(&numbers, &format!("answer-{}", answer.id), answer)?;
     }
+    MadeOf::write_of_study(dir, staged.path())?;
     // Last: a folder with this file is finished.
     keep(&numbers, "claims", &verdicts)?;
     staged.commit()?;

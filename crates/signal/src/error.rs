@@ -1,5 +1,6 @@
 //! Why a record cannot be used.
 
+use crate::ping::Unstable;
 use crate::words::not_quiet;
 
 /// What is wrong with one record. Every variant concerns that record alone: the caller lists it and goes on
@@ -273,12 +274,9 @@ pub enum Fault {
         /// Where it was sought, Hz.
         band_hz: (f64, f64),
     },
-    /// A mode beside the wanted one grows by itself: its frequency, Hz, and roughly its growth rate, 1/s.
-    #[error(
-        "another mode grows by itself when the loudspeaker is off: near {0:.0} Hz, at about {1:.1} 1/s. The rig is unstable there, and \
-         no decay can be measured beside it: leave this point out, or damp that mode"
-    )]
-    AnotherGrows(f64, f64),
+    /// The rig sounds by itself.
+    #[error(transparent)]
+    Unstable(#[from] Unstable),
     /// The oscillation does not decay: its growth rate, 1/s.
     #[error("the oscillation does not decay: growth rate {0:.3} 1/s")]
     NotDecaying(f64),

@@ -1,6 +1,8 @@
 //! Why a record could not be fitted: what a fit calls a second excitation or a burst of hum may have another
 //! cause.
 
+mod unstable;
+
 use super::forcing::{Envelope, FORCED, strongest};
 use super::options::PingOptions;
 use super::search::{Search, floor};
@@ -9,6 +11,8 @@ use crate::ringdown::{Component, Kind, SEARCHING, Solution, White, glance, solve
 use crate::{Fault, Trace};
 use rijke_numerics::C64;
 use std::f64::consts::TAU;
+
+pub use unstable::Unstable;
 
 /// Least share of the forcing that a tone after it must have to be called a leak. Neighbours and drift leave
 /// less.
@@ -31,12 +35,6 @@ const FALLS: f64 = 0.45;
 /// How steady a tone that lasts must be over two stretches, and how much larger than before the forcing.
 const STEADY: f64 = 0.1;
 const CLEAR: f64 = 5.0;
-/// Stretches in which a mode is seen to grow, by what factor in all, how clearly (slope of ln amplitude over
-/// its standard deviation), and up to what frequency one is sought, Hz.
-const GROWING: usize = 5;
-const GROWN: f64 = 1.3;
-const SURELY: f64 = 6.0;
-const HIGHEST: f64 = 5000.0;
 /// Distance from a multiple of the mains within which a tone may be hum, Hz.
 const BESIDE: f64 = 3.0;
 /// Length of the stretches that are looked at, s.
@@ -114,6 +112,7 @@ pub(crate) fn reason(trace: &Trace<'_>, options: &PingOptions, fault: Fault) -> 
         Fault::StillDriven { .. } | Fault::GainDrifts { .. } | Fault::GainsApart { .. } => {
             whole().and_then(|w| w.bent())
         }
+        Fault::ShortDecay { .. } => whole().and_then(|w| w.by_itself()),
         Fault::Weak(_) => whole()
             .and_then(|w| w.hum().or_else(|| w.bent()).or_else(|| w.lasting()).or_else(|| w.beside_mains())),
         fault if is_doubtful(fault) => {
@@ -234,34 +233,6 @@ impl<'a> Whole<'a> {
             .then_some(Fault::StillDriven { frequency_hz, share })
     }
 
-    /// The strongest tone beside the wanted mode at the end of the record, if it has grown since the loudest
-    /// stretch: ln of its amplitude against time, by least squares over stretches that overlap by half.
-    fn growing(&self) -> Option<Fault> {
-        let (white, span) = (self.white(), self.span);
-        let last = white.rows().checked_sub(span)?;
-        let size = |row: usize, frequency_hz: f64| {
-            let channels = 0..white.channels;
-            channels.map(|m| self.tone(row, m, frequency_hz).powi(2)).sum::<f64>().sqrt()
-        };
-        let step_hz = 0.5 / SPAN;
-        let highest = (HIGHEST.min(0.45 * self.trace.rate_hz) / step_hz) as usize;
-        let beside = |f: &f64| (f - self.loudest_hz).abs() > 2.0 / SPAN;
-        let (_, frequency_hz) = (4..highest)
-            .map(|k| k as f64 * step_hz)
-            .filter(beside)
-            .map(|f| (size(last, f), f))
-            .max_by(|a, b| a.0.total_cmp(&b.0))?;
-        let rows = (self.from + span..=last).step_by((span / 2).max(1));
-        let sizes: Vec<f64> = rows.map(|row| size(row, frequency_hz).ln()).collect();
-        if sizes.len() < GROWING {
-            return None;
-        }
-        let (slope, sd) = slope(&sizes);
-        let clear = slope > SURELY * sd && slope * (sizes.len() - 1) as f64 > GROWN.ln();
-        let growth_rate = slope * self.trace.rate_hz / (span / 2) as f64;
-        clear.then_some(Fault::AnotherGrows(frequency_hz, growth_rate))
-    }
-
     /// A tone beside a multiple of the mains.
     fn beside_mains(&self) -> Option<Fault> {
         let mains_hz = (self.loudest_hz / self.options.mains_hz).round() * self.options.mains_hz;
@@ -292,15 +263,4 @@ impl<'a> Whole<'a> {
         let clear = quiet < span || third(from, channel) > CLEAR * noise();
         (clear && early > BENT && late < FALLS * early).then_some(Fault::Saturated { channel, share: early })
     }
-}
-
-/// Slope per step of equally spaced numbers, by least squares, and its standard deviation.
-fn slope(values: &[f64]) -> (f64, f64) {
-    let n = values.len() as f64;
-    let mean = values.iter().sum::<f64>() / n;
-    let middle = 0.5 * (n - 1.0);
-    let squares = n * (n * n - 1.0) / 12.0;
-    let slope = values.iter().enumerate().map(|(k, v)| (k as f64 - middle) * v).sum::<f64>() / squares;
-    let left = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() - slope * slope * squares;
-    (slope, (left.max(0.0) / (n - 2.0) / squares).sqrt())
 }

@@ -2,7 +2,7 @@
 
 use crate::driven::Driven;
 use crate::short::any;
-use rijke_signal::Fault;
+use rijke_signal::{Fault, Unstable};
 use std::f64::consts::TAU;
 
 type Harm = fn(&Driven, &mut Vec<Vec<f64>>, f64);
@@ -93,7 +93,24 @@ fn faults() -> Vec<(&'static str, Harm, Vec<f64>, Right)> {
                 }
             },
             vec![0.1, 0.5],
-            |fault| matches!(fault, Fault::AnotherGrows(..)),
+            |fault| matches!(fault, Fault::Unstable(Unstable::Another { .. })),
+        ),
+        (
+            "a limit cycle",
+            |driven, record, share| {
+                let top = largest(record);
+                for (m, y) in record.iter_mut().enumerate() {
+                    for (n, v) in y.iter_mut().enumerate() {
+                        let t = n as f64 / driven.rate_hz;
+                        *v += top
+                            * share
+                            * (0.4 + 0.3 * m as f64).cos()
+                            * (TAU * 1.01 * driven.forcing_hz * t).cos();
+                    }
+                }
+            },
+            vec![10.0],
+            |fault| matches!(fault, Fault::Unstable(Unstable::Oscillates { .. })),
         ),
         (
             "dropped samples",
