@@ -29,7 +29,7 @@ pub(crate) struct Used {
     pub(crate) pressures: Vec<C64>,
     /// The measured numbers.
     pub(crate) values: Vec<f64>,
-    /// Their covariance.
+    /// Their covariance, without what all modes have in common.
     pub(crate) covariance: Matrix,
     /// For each of them its row in the prediction: 0 growth rate, 1 angular frequency, then the pressures.
     pub(crate) rows: Vec<usize>,
@@ -67,9 +67,14 @@ impl Observed {
             microphones.sort_unstable();
         }
         let all = mode.numbers();
+        let mut covariance = mode.covariance.select(&keep);
+        if let Some(k) = rows.iter().position(|row| *row == 1) {
+            // It is common to all: see [`crate::errors::of_drift`].
+            covariance[(k, k)] -= mode.drift_sd.powi(2);
+        }
         Used {
             values: keep.iter().map(|&k| all[k]).collect(),
-            covariance: mode.covariance.select(&keep),
+            covariance,
             microphones,
             others,
             pressures,

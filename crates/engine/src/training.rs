@@ -3,7 +3,7 @@
 use crate::data::Blocks;
 use crate::errors::{
     Assemblies, BaseErrors, Carried, Channels, Common, Heard, LawErrors, Learned, OF_INSTALLATION, Scatter,
-    any_varies,
+    any_varies, of_drift,
 };
 use crate::gaussian::{NamedGaussian, Training};
 use crate::observed::{Observed, Used};
@@ -108,7 +108,9 @@ pub fn train(
     // What earlier stages know of the causes of later ones goes through.
     let passes = training.causes.iter().any(|cause| training.knows(cause));
     let of_states = training.base_errors || passes;
-    if !of_states && !of_factors && law.is_none() && !any_varies(assembly, training) {
+    let drifts = noise.measured && observed.iter().any(|o| o.mode.drift_sd > 0.0);
+    let errs = of_states || of_factors || drifts || law.is_some();
+    if !errs && !any_varies(assembly, training) {
         return fit.finish(&data, order, search, observed.len());
     }
     let rough = fit.search(&data, order.clone(), &search)?;
@@ -119,7 +121,7 @@ pub fn train(
         false => Assemblies::default(),
     };
     let blocks = Blocks { scatter: &scatter, assemblies: &assemblies, ..blocks };
-    if !of_states && !of_factors && law.is_none() {
+    if !errs {
         let (data, order) = blocks.apart()?;
         return fit.finish(&data, order, training.search.clone().from(&rough.parameters), observed.len());
     }
@@ -135,6 +137,7 @@ pub fn train(
             None => errors,
         };
         let errors = errors.and(BaseErrors::of_factors(assembly, observed, used, values)?);
+        let errors = if drifts { errors.and(of_drift(observed, used)) } else { errors };
         let (common, errors) = Common::of(errors, observed, used, training)?;
         let alone = !training.base_errors && errors.is_none();
         let (data, order) = if alone { blocks.apart() } else { blocks.together(&errors) }?;

@@ -75,6 +75,7 @@ fn visit(point: usize, heard: &[usize], calibrated: bool) -> ObservedMode {
         angular_frequency: Some(s.im),
         pressures: heard.iter().copied().zip(p).collect(),
         covariance,
+        drift_sd: 0.0,
     }
 }
 

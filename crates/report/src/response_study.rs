@@ -94,7 +94,7 @@ fn ranking(stage: &ResponseStageRecord) -> String {
                 "<tr{}>{name}<td class=\"n\">{:.1}</td><td class=\"n\">{:.1}</td><td class=\"n\">{:.1}</td><td class=\"n\">{:.2e}</td>\
                  <td class=\"n\">{:.2}</td></tr>\n",
                 if m.id == stage.winner { " class=\"chosen\"" } else { "" },
-                e.ln_marginal - best,
+                best - e.ln_marginal,
                 e.ln_best_fit,
                 e.ln_occam,
                 m.residual,

@@ -245,6 +245,7 @@ fn observations() -> Observations {
             point,
             ambient: Day { id: "one".into(), ambient_temperature: 293.1, ambient_temperature_sd: 0.1 },
             ping: Some(ping.clone()),
+            drift_sd: 0.031,
             ping_count: 2,
             click: Some(click.clone()),
             click_count: 1,

@@ -140,3 +140,41 @@ fn add(
     }
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn exact_files_that_changed_came_or_went_are_named() {
+        let dir = std::env::temp_dir().join(format!("rijke-made-of-{}", std::process::id()));
+        let _ = fs::remove_dir_all(&dir);
+        for folder in ["records/a", "observations", "results", "candidates"] {
+            fs::create_dir_all(dir.join(folder)).unwrap();
+        }
+        let write = |name: &str, text: &str| fs::write(dir.join(name), text).unwrap();
+        write("records/a/0.wav", "1");
+        write("records/a/1.wav", "2");
+        assert!(changed_records(&dir).is_empty(), "nothing says what they were made of");
+        MadeOf::write_of_records(&dir.join("records"), &dir.join("observations")).unwrap();
+        assert!(changed_records(&dir).is_empty());
+        write("records/a/1.wav", "3");
+        write("records/b.wav", "4");
+        fs::remove_file(dir.join("records/a/0.wav")).unwrap();
+        assert_eq!(changed_records(&dir), ["a/0.wav", "a/1.wav", "b.wav"]);
+
+        write("rig.toml", "1");
+        write("candidates/wall.toml", "2");
+        write("observations/modes.csv", "3");
+        MadeOf::write_of_study(&dir, &dir.join("results")).unwrap();
+        write("notes.md", "not read");
+        write("results/page.csv", "made");
+        write("records/a/1.wav", "5");
+        assert!(changed_study(&dir).is_empty());
+        write("candidates/wall.toml", "20");
+        write("observations/modes.csv", "30");
+        assert_eq!(changed_study(&dir), ["candidates/wall.toml", "observations/modes.csv"]);
+        assert_eq!(few(&["a", "b", "c", "d", "e", "f"].map(String::from)), "a, b, c, d and 2 more");
+        fs::remove_dir_all(&dir).unwrap();
+    }
+}

@@ -5,11 +5,12 @@ use crate::flow::foresee;
 use crate::ui::Ui;
 use rijke_engine::SavedModel;
 use rijke_engine::run::{Answer, AskedPoint, OpenModel, forecast, over_map, stability, with_points};
-use rijke_study::plan::{MapGrid, MapQuestion};
+use rijke_study::plan::{MapGrid, MapQuestion, Selection};
 use rijke_study::{ObservedModes, Study};
 
-/// `x_g,Q`, or `x_g=0.1:0.6,Q=0:80` with the ends of ranges.
-pub(crate) fn parsed(text: &str, study: &Study) -> Result<MapGrid, Failure> {
+/// `x_g,Q`, or `x_g=0.1:0.6,Q=0:80` with the ends of ranges; those of the points that `among` means, where
+/// they are left out.
+pub(crate) fn parsed(text: &str, study: &Study, among: &Selection) -> Result<MapGrid, Failure> {
     let known = study.campaign.factors.iter().map(|f| f.name.as_str()).collect::<Vec<_>>().join(", ");
     let bad = |what: String| {
         Failure::bad_input(format!("--map {text}: {what}"))
@@ -17,6 +18,12 @@ pub(crate) fn parsed(text: &str, study: &Study) -> Result<MapGrid, Failure> {
     };
     let both: Vec<&str> = text.split(',').collect();
     let [x, y] = both[..] else { return Err(bad("takes two factors with a comma between".into())) };
+    let over = |k: usize| {
+        let points = study.campaign.points.iter().filter(|p| among.holds(&study.campaign, p));
+        let values = points.map(|p| p.factors[k]).filter(|v| v.is_finite());
+        let ends = values.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], v| [a.min(v), b.max(v)]);
+        Some(ends).filter(|[low, high]| low < high)
+    };
     let axis = |text: &str| {
         let (name, range) = text.split_once('=').map_or((text, None), |(name, range)| (name, Some(range)));
         let name = name.trim();
@@ -26,7 +33,7 @@ pub(crate) fn parsed(text: &str, study: &Study) -> Result<MapGrid, Failure> {
             let ends = range.split_once(':').and_then(|(low, high)| Some([number(low)?, number(high)?]));
             ends.ok_or_else(|| bad(format!("`{range}` is no range, two numbers with a colon between")))
         });
-        Ok((k, ends.transpose()?))
+        Ok((k, ends.transpose()?.or_else(|| over(k))))
     };
     let (x, y) = (axis(x)?, axis(y)?);
     MapGrid::new(&study.campaign, [x.0, y.0], [x.1, y.1]).map_err(|problem| bad(problem.to_string()))

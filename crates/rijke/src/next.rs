@@ -89,7 +89,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     let wrong = |e: rijke_engine::EngineError| of_the_engine(&e, dir);
     let asked = match &args.map {
         Some(text) => {
-            let grid = map::parsed(text, &study)?;
+            let grid = map::parsed(text, &study, &stage.points)?;
             over_map(&study, &stage.points, &grid, &AskedPoint::default()).map_err(wrong)?
         }
         None => args.at.iter().map(|text| condition("--at", text)).collect::<Result<_, _>>()?,

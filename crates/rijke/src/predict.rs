@@ -64,7 +64,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     let dir = &args.dir;
     let Ranked { study, observed, stage, every, model } = Ranked::open(dir, args.stage.as_deref(), ui)?;
     let wrong = |e: rijke_engine::EngineError| of_the_engine(&e, dir);
-    let map = args.map.as_deref().map(|text| map::parsed(text, &study)).transpose()?;
+    let map = args.map.as_deref().map(|text| map::parsed(text, &study, &stage.points)).transpose()?;
     let among = stage.points.clone();
     let given = args.at.iter().map(|text| condition("--at", text)).collect::<Result<Vec<_>, _>>()?;
     let asked = match &map {
@@ -147,15 +147,15 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
         ui.note(format!(
             "warning: at {} of {} points a mode that was not measured grows by this model: at {} one of {hertz:.1} Hz with {growth:+.2} 1/s; \
              probability_of_instability is of the mode of its row alone",
-            growing.len(),
-            found.len(),
+            names(&mut growing.iter().map(|f| &f.point)),
+            names(&mut found.iter().map(|f| &f.point)),
             first.point
         ));
     }
     if let Some(first) = left_out.first() {
-        let (n, why) = (left_out.len(), &first.why);
+        let (n, why) = (names(&mut left_out.iter().map(|u| &u.point)), &first.why);
         ui.note(format!(
-            "{n} of {} points of the map are left out; the first, {}: {why}",
+            "at {n} of {} points of the map a mode, or all, is left out; the first, {}: {why}",
             places.len(),
             first.point
         ));
@@ -184,6 +184,11 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     ui.result(
         &json!({ "stage": stage.id, "candidates": model.candidates, "columns": columns, "points": found }),
     )
+}
+
+/// How many different points these are.
+fn names(points: &mut dyn Iterator<Item = &String>) -> usize {
+    points.collect::<std::collections::BTreeSet<_>>().len()
 }
 
 /// What the numbers of a prediction are, for a reader of its JSON.

@@ -80,7 +80,7 @@ impl StagedFolder {
         };
         if occupied && !force {
             return Err(Failure::bad_input(format!("{shown}: exists already"))
-                .remedy("Give another folder, or replace this one with --force."));
+                .remedy("Replace it with --force, or move it away."));
         }
         if occupied && !target.join(mark).is_file() {
             return Err(Failure::bad_input(format!(

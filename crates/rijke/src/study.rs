@@ -67,6 +67,8 @@ pub(crate) fn warn_of(ui: &Ui, study: &Study, observations: &ObservedModes) -> R
     warn_of_copies(ui, study, observations);
     let idle = study.idle_channels().map_err(|error| bad(&error))?;
     idle.iter().for_each(|said| ui.note(format!("warning: {said}")));
+    let between = study.between_thermometers().map_err(|error| bad(&error))?;
+    between.iter().for_each(|said| ui.note(format!("warning: {said}")));
     study.unobserved(observations).iter().for_each(|said| ui.note(said));
     study.other_temperatures(observations).iter().for_each(|said| ui.note(format!("warning: {said}")));
     Ok(())

@@ -1,10 +1,17 @@
 //! What the files of a study say against its observations.
 
-use crate::{ObservedModes, Point, Study, StudyError};
+use crate::plan::Base;
+use crate::rig::PartAt;
+use crate::{ObservedModes, Point, Study, StudyError, read_readings};
 use rijke_rig::Observations;
 
 /// The temperature of a day is no nearer to that of a plan than this, K: beyond, one of the two is a slip.
 const UNLIKE: f64 = 15.0;
+
+/// Two readings of one point on both sides of a part differ by more than this share of their mean, and are
+/// farther apart than this share of the length: the laws of the part see a temperature that is nowhere.
+const STEEP: f64 = 0.05;
+const APART: f64 = 2e-3;
 
 /// Most points without an observation that are named.
 const NAMED: usize = 5;
@@ -74,6 +81,43 @@ impl Study {
                 points.len()
             )
         })
+    }
+
+    /// Parts that stand between two thermometers of `[base.measured]` where the gas is much hotter on one side,
+    /// a sentence each.
+    ///
+    /// # Errors
+    /// Those of the readings.
+    pub fn between_thermometers(&self) -> Result<Vec<String>, StudyError> {
+        let Base::Measured(_) = &self.plan.base else { return Ok(Vec::new()) };
+        let Some(path) = self.readings(false)? else { return Ok(Vec::new()) };
+        let readings = read_readings(&path, &self.campaign, &self.rig)?;
+        let mut steepest: Vec<Option<(f64, String)>> = vec![None; self.rig.parts.len()];
+        for (k, point) in self.campaign.points.iter().enumerate() {
+            let mut of_it: Vec<_> = readings.iter().filter(|r| r.point == k).collect();
+            of_it.sort_by(|a, b| a.at.total_cmp(&b.at));
+            let Some(Ok(layout)) = of_it.first().map(|r| self.rig.at(point, r.temperature)) else { continue };
+            for ((part, at), most) in self.rig.parts.iter().zip(&layout.parts).zip(&mut steepest) {
+                let PartAt::Places(places) = at else { continue };
+                for pair in of_it.windows(2) {
+                    let [a, b] = [pair[0], pair[1]];
+                    let share = 2.0 * (b.temperature - a.temperature).abs() / (a.temperature + b.temperature);
+                    let between = places.iter().any(|x| a.at < *x && *x < b.at);
+                    let far = b.at - a.at > APART * layout.length;
+                    if between && far && share > STEEP.max(most.as_ref().map_or(0.0, |(s, _)| *s)) {
+                        *most = Some((
+                            share,
+                            format!(
+                                "at {} the gas has {:.0} K at {:.3} m and {:.0} K at {:.3} m, and {} stands between, where a straight line has \
+                             neither: laws there see the wrong velocity. Read the gas close to both faces, or let [base.heated-flow] tell it",
+                                point.id, a.temperature, a.at, b.temperature, b.at, part.name
+                            ),
+                        ));
+                    }
+                }
+            }
+        }
+        Ok(steepest.into_iter().flatten().map(|(_, said)| said).collect())
     }
 
     /// Gives every point of observations the ambient temperature that the campaign states for it, in place of

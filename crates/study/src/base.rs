@@ -77,6 +77,9 @@ pub enum Cause {
         /// The value, as text.
         level: String,
     },
+    /// A drift of the frequency that all decays have in common, of which processing knows only how large it may
+    /// be: an error of what was measured, not of the gas.
+    Drift,
     /// A cause that an inference of the base states itself names.
     Inferred(String),
     /// The real (0) or imaginary (1) part of the error of the laws of a role, at one value of the factor over
@@ -110,7 +113,7 @@ impl Cause {
             Self::Ambient(by) | Self::Reading(_, by) | Self::Flow(by) => {
                 matches!(by, Sharing::Day(_) | Sharing::All)
             }
-            Self::Part(_) | Self::Law { .. } => true,
+            Self::Part(_) | Self::Law { .. } | Self::Drift => true,
             Self::Factor { .. } | Self::Inferred(_) => false,
         }
     }

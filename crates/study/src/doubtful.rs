@@ -291,6 +291,7 @@ mod tests {
             angular_frequency: Some(600.0),
             pressures: Vec::new(),
             covariance: rijke_numerics::Matrix::zeros(2, 2),
+            drift_sd: 0.0,
         };
         let said = |modes: &[crate::ObservedMode]| {
             let ambient = std::collections::BTreeMap::new();

@@ -114,6 +114,7 @@ mod tests {
             angular_frequency: Some(TAU * hz),
             pressures: Vec::new(),
             covariance: Matrix::diagonal(&[1.0]),
+            drift_sd: 0.0,
         }
     }
 

@@ -26,6 +26,9 @@ pub struct ObservedMode {
     pub pressures: Vec<(usize, C64)>,
     /// Covariance of [`ObservedMode::numbers`].
     pub covariance: Matrix,
+    /// Standard deviation of an error of the angular frequency that all modes of the table have in common, rad/s:
+    /// what is not known of a drift during their decays. The covariance contains it.
+    pub drift_sd: f64,
 }
 
 /// Everything that was observed.
@@ -68,6 +71,8 @@ enum Column {
     Sd(Number, Unit),
     /// Of two numbers, in the order of [`Number`], and what one of its unit is in SI.
     Covariance(Number, Number, f64),
+    /// Of the frequency, what all modes have in common of it.
+    Drift(Unit),
     Ignored,
 }
 
@@ -177,6 +182,11 @@ fn column(text: &str, rig: &Rig) -> Result<Column, StudyProblem> {
     if let Some([a, b]) = name.strip_prefix("cov_").and_then(|rest| pair(rest, rig)) {
         return Ok(Column::Covariance(a.0.min(b.0), a.0.max(b.0), 1.0));
     }
+    if let Some(word) = name.strip_suffix("_drift_sd")
+        && number(word, rig) == Some(Number::Frequency)
+    {
+        return Ok(Column::Drift(unit(Number::Frequency, word.starts_with("angular"))?));
+    }
     let (word, is_sd) = name.strip_suffix("_sd").map_or((name, false), |word| (word, true));
     let Some(number) = number(word, rig) else {
         let microphones = rig.microphones.names.iter().map(|m| format!("{m}_re, {m}_im"));
@@ -234,6 +244,7 @@ fn row(
     let (mut point, mut label) = (None, String::new());
     let mut values: BTreeMap<Number, f64> = BTreeMap::new();
     let mut errors = Errors::default();
+    let mut drift = None;
     for ((cell, column), name) in record.iter().zip(columns).zip(header) {
         let float = || match cell {
             "" | "nan" | "NaN" | "-" => Ok(None),
@@ -275,13 +286,26 @@ fn row(
                     errors.covariances.push((*a, *b, name.to_owned(), v * scale));
                 }
             }
+            Column::Drift(unit) => {
+                drift = float()?.map(|v| (name, v, unit.difference_to_si(v)));
+            }
             Column::Ignored => {}
         }
     }
     let Some(point) = point else {
         return Err(StudyProblem::Missing { key: "point".into(), need: "an operating point" });
     };
-    assemble(point, label, &values, &errors, named, &campaign.points[point].id)
+    let mut mode = assemble(point, label, &values, &errors, named, &campaign.points[point].id)?;
+    let Some((name, given, sd)) = drift else { return Ok(mode) };
+    let own = usize::from(mode.growth_rate.is_some());
+    let variance = if mode.angular_frequency.is_some() { mode.covariance[(own, own)] } else { 0.0 };
+    if sd < 0.0 || sd * sd > variance * (1.0 - 1e-9) {
+        let (key, value) = (name.to_owned(), given.to_string());
+        let need = "zero or more, and less than the standard deviation of the frequency, which contains it";
+        return Err(StudyProblem::Value { key, value, need });
+    }
+    mode.drift_sd = sd;
+    Ok(mode)
 }
 
 fn assemble(
@@ -332,6 +356,7 @@ fn assemble(
         angular_frequency: get(Number::Frequency),
         pressures,
         covariance,
+        drift_sd: 0.0,
     })
 }
 

@@ -151,6 +151,17 @@ impl BaseErrors {
     }
 }
 
+/// What is not known of a drift that all decays have in common, for each point.
+pub(crate) fn of_drift(observed: &[Observed], used: &[Used]) -> Vec<Changes> {
+    let change = |(o, u): (&Observed, &Used)| {
+        let mut change = vec![0.0; u.size()];
+        change[1] = o.mode.drift_sd;
+        let heard = o.mode.drift_sd > 0.0 && u.rows.contains(&1);
+        heard.then_some((Cause::Drift, change)).into_iter().collect()
+    };
+    observed.iter().zip(used).map(change).collect()
+}
+
 /// The change of the prediction of one point per standard deviation of each factor that is not known exactly.
 fn of_factors(
     assembly: &Assembly,

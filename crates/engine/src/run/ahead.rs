@@ -158,8 +158,10 @@ impl Run {
         let later = standing_on(plan, &stage.id);
         let mut causes: BTreeSet<&Cause> = BTreeSet::new();
         for stage in plan.stages.iter().filter(|s| later.contains(&s.id)) {
-            let points = self.observed.iter().map(|o| &o.conditions);
-            for conditions in points.filter(|c| stage.points.holds(campaign, &c.point)) {
+            for observed in self.observed.iter().filter(|o| stage.points.holds(campaign, &o.conditions.point))
+            {
+                let conditions = &observed.conditions;
+                causes.extend((observed.mode.drift_sd > 0.0).then_some(&Cause::Drift));
                 causes.extend(conditions.displaced.iter().map(|(cause, _)| cause));
                 if stage.base_errors {
                     causes.extend(conditions.base.errors.iter().map(|error| &error.cause));

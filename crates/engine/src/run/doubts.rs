@@ -203,6 +203,7 @@ mod tests {
                 angular_frequency: Some(500.0 + k as f64),
                 pressures: Vec::new(),
                 covariance: Matrix::diagonal(&[0.01, 0.01]),
+                drift_sd: 0.0,
             },
             near: C64::new(0.0, 500.0),
         };

@@ -46,7 +46,7 @@ pub(super) fn ranking(stage: &StageRecord, published: Option<&BTreeMap<String, [
             Some(e) => format!(
                 "<tr{class}>{name}<td class=\"n\">{}</td><td class=\"n\">{probability}</td><td class=\"n\">{:.1}</td><td class=\"n\">{:.1}</td><td class=\"n\">{:.1}</td>\
                  <td class=\"n\">{:.3}</td><td class=\"n\">{:.3}</td>{}{printed}</tr>\n",
-                tenth(e.ln_marginal - best),
+                tenth(best - e.ln_marginal),
                 e.ln_best_fit,
                 e.ln_occam,
                 e.ln_marginal,
@@ -116,7 +116,7 @@ pub(super) fn carried_on(stage: &StageRecord) -> String {
     }
     let row = |(c, nats): &(&CarriedOn, Option<f64>)| {
         let class = if c.id == stage.chosen { " class=\"chosen\"" } else { "" };
-        let behind = nats.map_or("cannot be fitted".to_owned(), tenth);
+        let behind = nats.map_or("cannot be fitted".to_owned(), |nats| tenth(-nats));
         let later: Vec<String> = c.later.iter().map(|l| format!("<code>{}</code>", html(&l.model))).collect();
         format!(
             "<tr{class}><td>{}</td><td><code>{}</code></td><td class=\"n\">{behind}</td><td>{}</td></tr>\n",

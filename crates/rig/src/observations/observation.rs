@@ -99,6 +99,9 @@ pub struct PointObservations {
     pub ambient: Day,
     /// Mean over the accepted pings, with the covariance of the mean.
     pub ping: Option<Ping>,
+    /// Standard deviation of an error of its angular frequency that all points have in common, rad/s: what is
+    /// not known of a drift of the frequency during their decays. The covariance contains it.
+    pub drift_sd: f64,
     /// Number of pings in the mean.
     pub ping_count: u32,
     /// Mean over the accepted clicks, with the covariance of the mean.
@@ -119,6 +122,7 @@ impl PointObservations {
             point,
             ambient,
             ping: None,
+            drift_sd: 0.0,
             ping_count: 0,
             click: None,
             click_count: 0,

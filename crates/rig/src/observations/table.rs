@@ -24,6 +24,9 @@ use std::path::Path;
 /// Written where the calibration of the channels is known; may be absent.
 const CHANNELS: &str = "channels.toml";
 
+/// Last column of `pings.csv`; tables that were prepared by hand may lack it.
+const DRIFT: &str = "angular_frequency_drift_sd [rad/s]";
+
 /// Opening words of a file of the apparatus.
 pub(crate) const APPARATUS: &str = "# SI units; x = 0 is the lower (upstream) end of the duct.\n\n";
 
@@ -54,9 +57,12 @@ impl Observations {
         let (microphones, reference) = (self.rig.microphones.positions.len(), self.rig.microphones.reference);
         let (pings, clicks) = (ping_columns(microphones, reference), click_columns(microphones));
         let point = |p: &PointObservations| p.point.id.clone();
-        let means =
-            self.points.iter().filter_map(|p| Some(cells(point(p), None, &ping_values(p.ping.as_ref()?))));
-        write_csv(&folder.join("pings.csv"), &header(&pings, false), means)?;
+        let mean = |p: &PointObservations| {
+            let values = [ping_values(p.ping.as_ref()?), vec![p.drift_sd]].concat();
+            Some(cells(point(p), None, &values))
+        };
+        let columns = [header(&pings, false), vec![DRIFT.to_owned()]].concat();
+        write_csv(&folder.join("pings.csv"), &columns, self.points.iter().filter_map(mean))?;
         let all = self.points.iter().flat_map(|p| {
             p.pings.iter().map(move |(repeat, ping)| cells(point(p), Some(*repeat), &ping_values(ping)))
         });
@@ -104,9 +110,15 @@ impl Observations {
         let channels = ChannelErrors::read(&folder.join(CHANNELS), microphones.saturating_sub(1))?;
         let columns = ping_columns(microphones, reference);
         let path = folder.join("pings.csv");
-        for row in read_csv(&path, &header_of(&path, &columns)?)? {
+        let mut meant = header_of(&path, &columns)?;
+        let drift = meant.len();
+        let drifts = read_text(&path)?.lines().next().is_some_and(|line| line.contains(DRIFT));
+        meant.extend(drifts.then(|| DRIFT.to_owned()));
+        for row in read_csv(&path, &meant)? {
             let (values, covariance) = row.measured(1, columns.len(), 2)?;
-            points[row.known(&index)?].ping = Some(Ping::from_vector(&values, reference, covariance));
+            let point = &mut points[row.known(&index)?];
+            point.ping = Some(Ping::from_vector(&values, reference, covariance));
+            point.drift_sd = if drifts { row.number(drift)? } else { 0.0 };
         }
         for row in read_csv_if_there(&folder.join("ping-repeats.csv"), &header(&columns, true))? {
             let (values, covariance) = row.measured(2, columns.len(), 2)?;

@@ -39,6 +39,7 @@ mod responses;
 mod same_seed;
 mod search;
 mod short;
+mod stale;
 mod studies;
 mod sweep_study;
 mod two_rates;

@@ -184,7 +184,7 @@ pub fn process_again(
         }
         let among = |p: PingOfRecord| (p.repeat, p.ping.among(&p.live, microphones).only(&live), p.drift);
         let pings = pings.into_iter().map(among).collect();
-        let (own, drift) = &drifts[k];
+        let (own, (drift, of_all)) = &drifts[k];
         let mut pings = without_drift(pings, drift);
         if own.is_significant() {
             notes.push(drift_in_words(&records.point.id, drift, &pings));
@@ -192,7 +192,8 @@ pub fn process_again(
         corrections.extend(turn_inverted(&mut pings, &records.pings, &named));
         let ping_repeats = combine_pings(&mut pings, &records.pings, &named, &mut rejections);
         let click_repeats = combine_clicks(&mut clicks, &records.clicks, &numbers, &mut rejections);
-        gathered.push(Gathered { pings, live, clicks, ping_repeats, click_repeats, drift: *drift });
+        let (drift, of_all) = (*drift, *of_all);
+        gathered.push(Gathered { pings, live, clicks, ping_repeats, click_repeats, drift, of_all });
     }
     notes.extend(in_words(&all_left_out, set.points.iter().map(|p| p.pings.len()).sum()));
     let hum = hum_in_words(&hums, options.ping.mains_hz);
@@ -218,7 +219,7 @@ pub fn process_again(
     let others = if at_any_rate || !shapes { Vec::new() } else { of_other_rates(set) };
     notes.extend(others.first().map(|_| without_shapes(set, &others)));
     for (k, (gathered, records)) in gathered.into_iter().zip(&set.points).enumerate() {
-        let Gathered { pings, live, clicks, mut ping_repeats, click_repeats, drift } = gathered;
+        let Gathered { pings, live, clicks, mut ping_repeats, click_repeats, drift, of_all } = gathered;
         // The error of the drift is common to all repeats.
         let of_drift = if drift.sd.is_finite() { drift.variance() } else { 0.0 };
         if let Some(repeats) = &mut ping_repeats {
@@ -255,6 +256,7 @@ pub fn process_again(
             point: records.point.clone(),
             ambient: set.days[records.day].clone(),
             ping: mean_ping,
+            drift_sd: if drift.sd.is_finite() { of_all * drift.moment.abs() } else { 0.0 },
             ping_count: pings.len() as u32,
             click: mean_click,
             click_count: clicks.len() as u32,
@@ -318,6 +320,8 @@ struct Gathered {
     click_repeats: Option<Repeats>,
     /// The drift that was taken out of all pings; of infinite error if none was.
     drift: Drift,
+    /// The part of its standard deviation that all points have in common, rad/s^2.
+    of_all: f64,
 }
 
 /// Fits a ping whose channels are the `live` microphones.
@@ -353,7 +357,7 @@ fn alone(ping: &Ping) -> Ping {
 }
 
 /// For each point the drift that its pings have in common, by themselves, and with what all points teach.
-fn drifts_of(jobs: &[(usize, usize, bool)], fitted: &[Fitted], points: usize) -> Vec<(Drift, Drift)> {
+fn drifts_of(jobs: &[(usize, usize, bool)], fitted: &[Fitted], points: usize) -> Vec<(Drift, (Drift, f64))> {
     let mut found: Vec<(Vec<Drift>, f64)> = vec![(Vec::new(), 0.0); points];
     for ((point, _, _), fit) in jobs.iter().zip(fitted) {
         if let Fitted::Ping(Ok(ping), _) = fit {

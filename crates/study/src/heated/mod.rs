@@ -145,7 +145,7 @@ pub fn heated_states(
         Err(StudyProblem::Value {
             key,
             value,
-            need: "its unit in the campaign, such as the headings Q [W] or flow [L/min]",
+            need: "a factor whose heading in the campaign states its unit, such as Q [W] or flow [L/min]",
         })
     };
     let (power, flow) = (factor(&plan.power)?, factor(&plan.flow)?);

@@ -164,7 +164,7 @@ impl MeasuredGas {
         let factor = &campaign.factors[campaign.known_factor(name).map_err(|problem| ("flow", problem))?];
         let key = format!("base.measured.flow = {name}");
         if !factor.stated {
-            let need = "its unit in the campaign, such as the heading flow [L/min]";
+            let need = "a factor whose heading in the campaign states its unit, such as flow [L/min]";
             return Err(("flow", StudyProblem::Value { key, value: "a column without unit".into(), need }));
         }
         factor.shown.of("m^3/s").map_err(|source| ("flow", StudyProblem::Unit { key, source }))?;

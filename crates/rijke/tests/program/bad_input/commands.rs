@@ -224,7 +224,7 @@ pub(super) const CASES: [Case; 34] = [
             fs::write(d.join("my-rig/rig.toml"), "").unwrap();
         },
         "new my-rig --template heated-tube",
-        ["my-rig", "exists already", "Give another folder"],
+        ["my-rig", "exists already", "Replace it with --force, or move it away"],
     ),
     case(
         "network without segments",

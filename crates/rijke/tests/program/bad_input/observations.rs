@@ -34,6 +34,7 @@ pub(crate) fn write(folder: &Path) {
                 point: (&point).into(),
                 ambient: Day { id: "one".into(), ambient_temperature: 293.0, ambient_temperature_sd: 0.1 },
                 ping: Some(ping(k as f64)),
+                drift_sd: 0.0,
                 ping_count: 4,
                 click: None,
                 click_count: 0,
