@@ -229,6 +229,14 @@ impl Fitting<'_> {
         if fit.stop.converged() {
             return Ok(fit);
         }
+        // From where residuals are next to nothing a noise that floats may run to nothing, and never end.
+        if options.start.is_some() {
+            let middle = MapOptions { start: None, ..options.clone() };
+            let again = Posterior::new(&quick, data, self.parameters)?.map(&middle)?;
+            if again.stop.converged() {
+                return Ok(again);
+            }
+        }
         Err(EngineError::NotConverged { model: self.assembly.ids().join(" + "), stop: fit.stop })
     }
 

@@ -29,14 +29,14 @@ fn document(table: &str) -> String {
     text
 }
 
-/// All files below a folder.
+/// All files below a folder, but the list of what it was made of.
 fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     let mut all = BTreeMap::new();
     for entry in fs::read_dir(folder).unwrap().map(Result::unwrap) {
         let name = entry.file_name().into_string().unwrap();
         if entry.path().is_dir() {
             all.extend(files(&entry.path()).into_iter().map(|(path, text)| (format!("{name}/{path}"), text)));
-        } else {
+        } else if name != "made_of.json" {
             all.insert(name, fs::read(entry.path()).unwrap());
         }
     }

@@ -55,6 +55,10 @@ fn exact_records_in_every_format_give_the_same_observations() {
         assert!(run(&format!("process {name} --out from-{name}")) == said, "{name}: another table");
         for file in fs::read_dir(folder.join("from-wav")).unwrap() {
             let file = file.unwrap();
+            // It names the records, which differ.
+            if file.file_name() == "made_of.json" {
+                continue;
+            }
             let same = fs::read(folder.join(format!("from-{name}")).join(file.file_name())).unwrap();
             let wav = String::from_utf8(fs::read(file.path()).unwrap()).unwrap();
             // Rejections name the file.

@@ -2,6 +2,7 @@
 
 use crate::{copy, example, records, rijke, scratch};
 use serde_json::Value;
+use std::collections::BTreeSet;
 
 #[test]
 fn exact_every_result_is_one_document() {
@@ -48,6 +49,65 @@ fn exact_every_result_is_one_document() {
     assert!(output.status.code() == Some(2) && output.stdout.is_empty());
     assert_eq!(error["exit_status"], 2);
     assert!(error["error"].as_str().unwrap().contains("absent.wav"));
+}
+
+/// Keys of a document, at any depth, but the roles of a model with their candidates.
+fn keys(document: &Value, all: &mut BTreeSet<String>) {
+    match document {
+        Value::Object(map) => {
+            for (key, value) in map {
+                all.insert(key.clone());
+                let of_roles = |v: &Value| v.as_object().is_some_and(|m| m.values().all(Value::is_string));
+                let roles =
+                    value.as_array().map_or_else(|| of_roles(value), |list| list.iter().all(of_roles));
+                if !(roles && ["candidates", "models"].contains(&key.as_str())) {
+                    keys(value, all);
+                }
+            }
+        }
+        Value::Array(list) => list.iter().for_each(|value| keys(value, all)),
+        _ => {}
+    }
+}
+
+/// Every key that commands print stands on the page as a word of its own.
+#[test]
+fn exact_every_key_is_on_the_page() {
+    let folder = scratch("json-keys");
+    records::write(&folder.join("records"));
+    copy(&example("quarter-wave"), &folder.join("study"));
+    let networks = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/networks");
+    let ducted = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/ducted-flame");
+    let mut all = BTreeSet::new();
+    for words in [
+        "new my-rig --template burner".to_owned(),
+        "inspect records/C3-E/ping-0.wav".into(),
+        "check records".into(),
+        "check study".into(),
+        "check study --names".into(),
+        "rank study --until gauze --one-start".into(),
+        "predict study --stage gauze --at x_g=0.3,Q=0,flow=0.001,gauze=1".into(),
+        "next study --stage gauze".into(),
+        "next study --stage gauze --microphones".into(),
+        "report study".into(),
+        format!("modes {networks}/rig-tube.toml --max-hz 300"),
+        format!("response {networks}/combustor.toml --at-hz 100"),
+        format!("infer {ducted}/n-tau.toml --data {ducted}/modes.csv --one-start"),
+    ] {
+        let output = rijke(&folder, &words.split(' ').chain(["--json"]).collect::<Vec<_>>());
+        assert!(output.status.success(), "{words}: {}", String::from_utf8_lossy(&output.stderr));
+        keys(&serde_json::from_slice(&output.stdout).unwrap(), &mut all);
+    }
+    assert!(all.len() > 100, "{all:?}");
+    let page = include_str!("../../../../docs/reference/json.md");
+    // Words within backticks, of paths their last part.
+    let written: BTreeSet<&str> =
+        page.split('`').skip(1).step_by(2).map(|word| word.rsplit('.').next().unwrap_or(word)).collect();
+    let missing: Vec<&String> = all
+        .iter()
+        .filter(|key| !written.contains(key.as_str()) && !written.contains(format!("{key}[]").as_str()))
+        .collect();
+    assert!(missing.is_empty(), "docs/reference/json.md lacks {missing:?}");
 }
 
 #[test]

@@ -98,5 +98,7 @@ fn oracle_a_virtual_rig_gives_the_observations_of_its_files() {
     let (mut files, mut memory) = (BTreeMap::new(), BTreeMap::new());
     collect(&folder.join("files"), &folder.join("files"), &mut files);
     collect(&folder.join("memory"), &folder.join("memory"), &mut memory);
+    // Of nothing on disk.
+    assert!(files.remove("made_of.json").is_some() && !memory.contains_key("made_of.json"));
     assert!(files.contains_key("clicks.csv") && files == memory);
 }

@@ -77,7 +77,8 @@ fn same(a: &Path, b: &Path, folder: &str) {
     let names = |all: &[(String, Vec<u8>)]| all.iter().map(|f| f.0.clone()).collect::<Vec<_>>();
     assert_eq!(names(&x), names(&y));
     assert!(!x.is_empty());
-    for (one, two) in x.iter().zip(&y) {
+    // A file of no record may stand among those of one, and is in the list of what was there.
+    for (one, two) in x.iter().zip(&y).filter(|(one, _)| !one.0.ends_with("/made_of.json")) {
         assert!(one.1 == two.1, "{} differs", one.0);
     }
 }
