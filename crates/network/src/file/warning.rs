@@ -141,13 +141,16 @@ impl Warning {
     pub(super) fn of_table(item: &Item, rows: &[[f64; 3]], flame: bool) -> Option<Self> {
         let rows: Vec<TableRow> = rows.iter().copied().map(TableRow::from).collect();
         let Item { line, place } = item.clone();
-        if let Some(delay) = too_late(&rows).filter(|_| flame) {
-            return Some(Self::Late { line, place, delay_ms: 1e3 * delay });
-        }
-        Some(match doubt(&rows)? {
-            Doubt::Degrees { step } => Self::Degrees { line, place, step },
-            Doubt::Coarse { step, other } => Self::Coarse { line, place, step, other_ms: 1e3 * other },
-            Doubt::Rises { rise } => Self::Rises { line, place, rise },
+        let late = too_late(&rows).filter(|_| flame);
+        Some(match (doubt(&rows), late) {
+            // Steps beyond half a turn say so more surely than the delay.
+            (Some(Doubt::Degrees { step }), _) => Self::Degrees { line, place, step },
+            (_, Some(delay)) => Self::Late { line, place, delay_ms: 1e3 * delay },
+            (Some(Doubt::Coarse { step, other }), None) => {
+                Self::Coarse { line, place, step, other_ms: 1e3 * other }
+            }
+            (Some(Doubt::Rises { rise }), None) => Self::Rises { line, place, rise },
+            (None, None) => return None,
         })
     }
 }
