@@ -174,8 +174,21 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
         Some(path) => write_whole(path, text.as_bytes())?,
         None => ui.say(text.trim_end()),
     }
-    ui.result(&json!({ "stage": stage.id, "candidates": model.candidates, "points": found }))
+    let factors: Vec<String> =
+        study.campaign.factors.iter().map(|f| format!("{} [{}]", f.name, f.unit_in_print())).collect();
+    let of = |unit: &str| [&format!("value [{unit}]"), NEW, MODEL].map(|name| name.to_string());
+    let columns = json!({
+        "factors": factors, "growth_rate": of("1/s"), "angular_frequency": of("rad/s"),
+        "other": ["growth rate [1/s]", "frequency [Hz]"],
+    });
+    ui.result(
+        &json!({ "stage": stage.id, "candidates": model.candidates, "columns": columns, "points": found }),
+    )
 }
+
+/// What the numbers of a prediction are, for a reader of its JSON.
+const NEW: &str = "standard deviation of a new measurement";
+const MODEL: &str = "standard deviation of the model alone";
 
 fn table(study: &Study, found: &[Forecast]) -> Result<String, Failure> {
     let factors = study.campaign.factors.iter().map(|f| format!("{} [{}]", f.name, f.unit_in_print()));

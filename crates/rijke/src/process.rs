@@ -334,6 +334,12 @@ fn table(processed: &Processed, ui: &Ui) {
         "top arrival (ms)",
         "+- (us)",
     ];
+    // As many decimals as show the smallest error.
+    let sds = |k: usize| {
+        let pings = processed.observations.points.iter().filter_map(|p| p.ping.as_ref());
+        pings.map(move |p| p.covariance[(k, k)].sqrt()).fold(1.0, f64::min)
+    };
+    let [n, m] = [0, 1].map(|k| (-sds(k).log10()).ceil().clamp(3.0, 7.0) as usize);
     let row = |(point, scatter): (&PointObservations, &PointScatter)| {
         let repeats = scatter.ping.as_ref();
         let drift =
@@ -341,12 +347,12 @@ fn table(processed: &Processed, ui: &Ui) {
         [
             point.point.id.clone(),
             format!("{}", point.ping_count),
-            ping(point, |s, _| format!("{:.3}", s.re)),
-            ping(point, |_, sd| format!("{:.3}", sd.0)),
-            ping(point, |s, _| format!("{:.3}", s.im)),
-            ping(point, |_, sd| format!("{:.3}", sd.1)),
+            ping(point, |s, _| format!("{:.n$}", s.re)),
+            ping(point, |_, sd| format!("{:.n$}", sd.0)),
+            ping(point, |s, _| format!("{:.m$}", s.im)),
+            ping(point, |_, sd| format!("{:.m$}", sd.1)),
             repeats.map_or_else(String::new, |r| {
-                format!("{:.3}, {:.3}", r.between[0].sqrt(), r.between[1].sqrt())
+                format!("{:.n$}, {:.m$}", r.between[0].sqrt(), r.between[1].sqrt())
             }),
             if drift > 4.0 { format!("{drift:.1} sd") } else { "none".to_owned() },
             format!("{}", point.click_count),

@@ -15,6 +15,9 @@ use std::path::{Path, PathBuf};
 use crate::results::{Trust, kept, no_stage, rank_first};
 use crate::study_responses::{before_modes, shorts};
 
+/// A misfit in growth rate (1/s), frequency (rad/s) and relative pressure that is none.
+const NO_MISFIT: [f64; 3] = [1e-7, 1e-6, 1e-9];
+
 /// Train the stages of a study, rank their models by evidence, and answer the questions of study.toml.
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  rijke rank examples/quarter-wave\n\n\
@@ -260,7 +263,9 @@ fn table(ui: &Ui, stage: &StageRecord) {
         for assumed in &stage.assumes {
             ui.say(format!("      these numbers stand on a choice that is not decided. {assumed}."));
         }
-        let [growth, frequency, pressure] = model.misfit.map(f64::abs);
+        // What a search leaves of a noise that the data choose to be none.
+        let some = |(k, v): (usize, f64)| if v.abs() < NO_MISFIT[k] { 0.0 } else { v.abs() };
+        let [growth, frequency, pressure] = [0, 1, 2].map(|k| some((k, model.misfit[k])));
         let trained = !stage.measured.is_empty();
         let misfit = format!(
             "      misfit beyond the measured errors: {} 1/s, {} Hz, {} of relative pressures",

@@ -224,7 +224,8 @@ fn table(ui: &Ui, stage: &ResponseStageRecord) {
             warn_of_prior(ui, p);
         }
         for n in model.noise.iter().filter(|n| n.floats) {
-            ui.say(format!("      {}: {:.3e} {}", n.name, n.sd, n.unit));
+            let unit = if n.unit == "1" { "" } else { &n.unit };
+            ui.say(format!("      {}: {:.3e} {unit}", n.name, n.sd).trim_end());
         }
         ui.say(format!(
             "      residual {:.3e}, correlation of neighbours {:.2}",

@@ -8,6 +8,7 @@ use serde::Serialize;
 use std::{
     io::{self, Write},
     process::ExitCode,
+    sync::Mutex,
     time::Duration,
 };
 
@@ -29,22 +30,24 @@ pub(crate) struct Output {
 pub(crate) struct Ui {
     quiet: bool,
     json: bool,
+    /// What was said on standard error, which a JSON document repeats.
+    notes: Mutex<Vec<String>>,
 }
 
 impl Ui {
     pub(crate) fn new(output: &Output) -> Self {
-        Self { quiet: output.quiet, json: output.json }
+        Self { quiet: output.quiet, json: output.json, notes: Mutex::default() }
     }
 
     /// Prints nothing but errors.
     pub(crate) fn silent() -> Self {
-        Self { quiet: true, json: false }
+        Self { quiet: true, json: false, notes: Mutex::default() }
     }
 
     /// For one step of a larger command. With `--json` the step prints nothing, because the command prints
     /// one result for all steps.
     pub(crate) fn of_a_step(&self) -> Self {
-        Self { quiet: self.quiet || self.json, json: false }
+        Self { quiet: self.quiet || self.json, json: false, notes: Mutex::default() }
     }
 
     /// Whether the result is wanted as JSON.
@@ -53,11 +56,17 @@ impl Ui {
     }
 
     /// The result of a command, which is printed with `--json` only; without it the command says the same in
-    /// words.
+    /// words. Its `notes` are what the command said on standard error until now, if it said anything.
     pub(crate) fn result(&self, result: &impl Serialize) -> Result<(), Failure> {
-        if self.json {
-            self.document(serde_json::to_string_pretty(result).or_failed()?);
+        if !self.json {
+            return Ok(());
         }
+        let mut document = serde_json::to_value(result).or_failed()?;
+        let notes = self.notes.lock().map(|notes| notes.clone()).unwrap_or_default();
+        if let Some(fields) = document.as_object_mut().filter(|_| !notes.is_empty()) {
+            fields.entry("notes").or_insert_with(|| notes.into());
+        }
+        self.document(serde_json::to_string_pretty(&document).or_failed()?);
         Ok(())
     }
 
@@ -98,6 +107,9 @@ impl Ui {
 
     /// A remark on standard error.
     pub(crate) fn note(&self, line: impl AsRef<str>) {
+        if let Ok(mut notes) = self.notes.lock() {
+            notes.push(line.as_ref().to_owned());
+        }
         if !self.quiet {
             let _ = writeln!(io::stderr(), "{}", line.as_ref());
         }

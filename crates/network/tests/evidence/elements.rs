@@ -187,7 +187,7 @@ fn oracle_a_table_of_a_filtered_delay_gives_its_modes() {
     assert!(warned.iter().any(|w| matches!(w, Warning::Rises { rise, .. } if *rise > 1.0)), "{warned:?}");
     let degrees = "[100, 1.0, -40], [200, 0.9, -80], [300, 0.8, -120], [400, 0.9, -160]";
     let warned = of(degrees, "0.5").map(|built| built.warnings);
-    assert!(warned.is_err() || matches!(warned.unwrap()[0], Warning::Degrees { .. }));
+    assert!(matches!(warned.unwrap()[0], Warning::Degrees { .. }));
     assert!(of(early, "1").unwrap_err().to_string().contains("give at most 0.5"));
     let feedback = tabulated.replace("type = 'flame'\ngain = 0.7\n", "type = 'feedback'\neu.gain = -0.7\n");
     let feedback = feedback.replace("\ntolerance", "\neu.tolerance").replace("\ntable", "\neu.table");

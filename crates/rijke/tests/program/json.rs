@@ -29,7 +29,16 @@ fn exact_every_result_is_one_document() {
     assert_eq!(ranked["stages"].as_array().unwrap().len(), 2);
     assert!(ranked["stages"][1]["models"].as_array().unwrap().len() >= 4);
     assert!(answer("report study")["page"].as_str().unwrap().ends_with("index.html"));
-    assert_eq!(answer("predict study --stage gauze --at x_g=0.3,Q=0,flow=0.001,gauze=1")["stage"], "gauze");
+    let predicted = answer("predict study --stage gauze --at x_g=0.3,Q=0,flow=0.001,gauze=1");
+    assert_eq!(predicted["stage"], "gauze");
+    // What the numbers of the arrays are, and what is said on standard error.
+    let columns = &predicted["columns"];
+    let count = |key: &str| columns[key].as_array().unwrap().len();
+    assert_eq!(count("factors"), predicted["points"][0]["factors"].as_array().unwrap().len());
+    assert_eq!((count("growth_rate"), columns["growth_rate"][0].as_str()), (3, Some("value [1/s]")));
+    let far = answer("predict study --stage gauze --at x_g=0.3,Q=0,flow=0.01,gauze=1");
+    let notes = far["notes"].as_array().unwrap();
+    assert!(notes.iter().any(|note| note.as_str().unwrap().contains("warning: ")), "{notes:?}");
 
     let output = rijke(&folder, &["predict", "study", "--stage", "gauze", "--at", "x_g", "--json"]);
     let said = String::from_utf8(output.stderr).unwrap();
