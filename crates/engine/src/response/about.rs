@@ -1,12 +1,14 @@
 //! The errors of what is stated ([`super::errors`]), taken where the fit ends.
 
 use super::errors::{Errors, causes_at, moved as conditions_moved};
+use super::head::Rest;
 use super::predict::{Load, Responses, clear};
 use super::select::Selected;
 use super::stage::ResponseRun;
 use super::train::{Found, Training, moved};
 use crate::{Assembly, EngineError};
-use rijke_numerics::Order;
+use rijke_inference::Parameter;
+use rijke_numerics::{C64, Jet, Order};
 use rijke_study::responses::ResponseStage;
 use rijke_study::{Cause, STEP};
 use std::collections::BTreeSet;
@@ -16,6 +18,8 @@ use std::collections::BTreeSet;
 const STAYS: f64 = 0.05;
 /// Most fits until they settle.
 const FITS: usize = 50;
+/// An error over whose standard deviation the answers bend by this share of their change is told.
+const BENT: f64 = 0.1;
 
 impl ResponseRun {
     /// The loads of a stage, at points whose errors are what `errors` are taken about.
@@ -56,22 +60,101 @@ impl ResponseRun {
         let loads = self.loads(assembly, data, &errors)?;
         let here = clear(&loads, own, Order::Value)?;
         let mut slopes = vec![Vec::new(); loads.len()];
-        for point in data.points.iter().collect::<BTreeSet<_>>() {
-            let of_point: Vec<usize> = (0..loads.len()).filter(|l| data.points[*l] == *point).collect();
-            for cause in causes_at(&self.study, *point)? {
-                let Ok(k) = errors.causes.binary_search(&cause) else { continue };
-                let beside = |c: &Cause| errors.value(c) + if *c == cause { STEP } else { 0.0 };
-                let there = of_point.iter().map(|l| self.load(assembly, data, *l, &beside));
-                let there = clear(&there.collect::<Result<Vec<_>, _>>()?, own, Order::Value)?;
-                for (load, there) in of_point.iter().zip(there) {
-                    let pairs = there.iter().zip(&here[*load]);
-                    let slope = pairs.map(|(t, h)| (t.value() - h.value()) / STEP).collect();
-                    slopes[*load].push((k, slope));
-                }
+        for (cause, of_point) in self.acting(data)? {
+            let Ok(k) = errors.causes.binary_search(&cause) else { continue };
+            let there = self.beside(assembly, data, &errors, (&cause, &of_point, STEP), own)?;
+            for (load, there) in of_point.iter().zip(there) {
+                let pairs = there.iter().zip(&here[*load]);
+                let slope = pairs.map(|(t, h)| (t.value() - h.value()) / STEP).collect();
+                slopes[*load].push((k, slope));
             }
         }
         errors.slopes = slopes;
         Ok(Responses { loads, errors, own: responses.own, channels: responses.channels.clone() })
+    }
+
+    /// Every cause of error of every operating point, with the loads there.
+    fn acting(&self, data: &Selected) -> Result<Vec<(Cause, Vec<usize>)>, EngineError> {
+        let mut all = Vec::new();
+        for point in data.points.iter().collect::<BTreeSet<_>>() {
+            let loads: Vec<usize> = (0..data.points.len()).filter(|l| data.points[*l] == *point).collect();
+            let causes = causes_at(&self.study, *point)?;
+            all.extend(causes.into_iter().map(|cause| (cause, loads.clone())));
+        }
+        Ok(all)
+    }
+
+    /// The answers of these loads where one cause of error is larger by `by` standard deviations.
+    fn beside(
+        &self,
+        assembly: &Assembly,
+        data: &Selected,
+        errors: &Errors,
+        (cause, loads, by): (&Cause, &[usize], f64),
+        own: &[f64],
+    ) -> Result<Vec<Vec<Jet>>, EngineError> {
+        let error = |c: &Cause| errors.value(c) + if c == cause { by } else { 0.0 };
+        let there = loads.iter().map(|load| self.load(assembly, data, *load, &error));
+        clear(&there.collect::<Result<Vec<_>, _>>()?, own, Order::Value)
+    }
+
+    /// What is to be said of errors in which the answers bend: over the standard deviation that training
+    /// `found` of one, the part that is not linear is [`BENT`] of the change, and larger than the noise of
+    /// all numbers together.
+    ///
+    /// # Errors
+    /// Those of the model that are not for one value of an error alone.
+    pub(super) fn bent(
+        &self,
+        assembly: &Assembly,
+        data: &Selected,
+        at_last: &Responses<'_>,
+        found: &Found,
+        rest: Rest<'_>,
+    ) -> Result<Vec<String>, EngineError> {
+        let (own, errors) = (&found.fit.parameters[..at_last.own], &at_last.errors);
+        let here = clear(&at_last.loads, own, Order::Value)?;
+        let mut sums = vec![[0.0; 2]; errors.causes.len()];
+        for (cause, loads) in self.acting(data)? {
+            let Ok(k) = errors.causes.binary_search(&cause) else { continue };
+            let place = at_last.own + k;
+            let sd = found.laplace.physical_covariance[(place, place)].sqrt();
+            let side = |by: f64| self.beside(assembly, data, errors, (&cause, &loads, by), own);
+            let (up, down) = match (side(sd), side(-sd)) {
+                (Ok(up), Ok(down)) => (up, down),
+                (Err(e), _) | (_, Err(e)) if !e.is_recoverable() => return Err(e),
+                _ => {
+                    sums[k] = [1.0, f64::INFINITY];
+                    continue;
+                }
+            };
+            for ((load, up), down) in loads.iter().zip(&up).zip(&down) {
+                let (m, here) = (&data.measured[*load], &here[*load]);
+                let count = here.len() / m.values.len().max(1);
+                let size = |all: &mut dyn Iterator<Item = C64>| all.map(|z| z.norm_sqr()).sum::<f64>();
+                // Of unknown sources the strength is that of the pressures.
+                let level = size(&mut m.values.iter().copied()) / size(&mut here.iter().map(Jet::value));
+                let level = if m.unknown_sources { level } else { 1.0 };
+                for (i, ((u, d), h)) in up.iter().zip(down).zip(here).enumerate() {
+                    let weight = level / (2.0 * rest.covariance_of(m, i / count, i / count));
+                    let (u, d, h) = (u.value(), d.value(), h.value());
+                    sums[k][0] += weight * (0.5 * (u - d)).norm_sqr();
+                    sums[k][1] += weight * (0.5 * (u + d) - h).norm_sqr();
+                }
+            }
+        }
+        let told = |(p, [change, bend]): (Parameter, [f64; 2])| {
+            let share = (bend / change).sqrt();
+            (bend > 1.0 && share > BENT).then(|| {
+                format!(
+                    "{}: over its standard deviation the answers bend by {:.0} % of their change, which standard deviations and evidence leave out: \
+                     make what is in error an unknown of the rig, and write `checked = true`",
+                    p.name,
+                    100.0 * share
+                )
+            })
+        };
+        Ok(errors.parameters().into_iter().zip(sums).filter_map(told).collect())
     }
 }
 

@@ -3,9 +3,9 @@
 //!
 //! Every cause of error is one number for all points that share it. The answers are linear in it about its
 //! last value, e0: R(e) = R(e0) + (dR/de)(e - e0), where R(e0) is that of the rig with the factors and the
-//! temperatures moved, and the slope is taken by a small step ([`rijke_study::STEP`]) at the parameters of the last fit.
-//! Being linear in e, the model is as Gaussian in it as the noise, so that Laplace's method integrates over
-//! it in closed form. The fit is repeated until the parameters stay.
+//! temperatures moved, and the slope is taken by a small step ([`rijke_study::STEP`]) at the parameters of
+//! the last fit. Being linear in e, the model is as Gaussian in it as the noise, so that Laplace's method
+//! integrates over it in closed form. The fit is repeated until the parameters stay.
 
 use crate::gaussian::handed_on;
 use crate::run::{conditions_at, conditions_of};

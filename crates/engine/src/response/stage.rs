@@ -8,7 +8,7 @@ use super::head::Rest;
 use super::measured::Measured;
 use super::predict::Responses;
 use super::record::{LoadRecord, ResponseModelRecord, ResponseStageRecord};
-use super::residual::{Left, left};
+use super::residual::{left, too_large};
 use super::rows::rows_of;
 use super::select::{self, Selected};
 use super::train::Training;
@@ -204,8 +204,8 @@ impl ResponseRun {
             }
         };
         let training = Training { responses: at_last.as_ref().unwrap_or(&responses), ..training };
-        let (fit, laplace, evidence, mut remarks) =
-            (found.fit, found.laplace, found.evidence, found.warnings);
+        let (fit, laplace, evidence) = (&found.fit, &found.laplace, found.evidence);
+        let mut remarks = found.warnings.clone();
         record.evidence = Some(EvidenceRecord {
             ln_best_fit: evidence.ln_best_fit,
             ln_occam: evidence.ln_occam,
@@ -221,7 +221,10 @@ impl ResponseRun {
         record.maxima.clone_from(&found.maxima);
         remarks.extend(aliases.iter().map(ToString::to_string));
         let rest = Rest { noise: &fit.noise, kernel: stage.misfit.as_ref().map(|m| m.kernel) };
-        let left = left(measured, found.heard, rest);
+        if let Some(at_last) = &at_last {
+            remarks.extend(self.bent(&assembly, data, at_last, &found, rest)?);
+        }
+        let left = left(measured, found.heard.clone(), rest);
         let larger = left.ratio > LARGER && left.ratio > 1.0 + NOT_NOISE * left.ratio_sd;
         record.too_sure = larger || left.neighbours_sds > NOT_NOISE;
         if larger {
@@ -286,8 +289,11 @@ impl ResponseRun {
         (record.residual, record.neighbours) = (left.size, left.neighbours);
         record.remark = Some(remarks.join("\n")).filter(|r| !r.is_empty());
         let names = parameters.list().iter().map(|p| responses.errors.handed_on(&p.name)).collect();
-        let known =
-            NamedGaussian { names, mean: fit.parameters.clone(), covariance: laplace.physical_covariance };
+        let known = NamedGaussian {
+            names,
+            mean: fit.parameters.clone(),
+            covariance: laplace.physical_covariance.clone(),
+        };
         let law = law_error(&self.study, &row.choice, &responses.loads, &fit.noise);
         let causes = responses.errors.causes.clone();
         Ok((record, Some(Learned { known, causes, share: found.share, beside: found.beside, law })))
@@ -371,25 +377,6 @@ pub(super) fn enough(
 pub(super) fn unlearned(assembly: &Assembly, of: &Responses<'_>) -> Result<Parameters, EngineError> {
     let all = assembly.parameters().iter().cloned().chain(of.errors.parameters());
     Ok(Parameters::new(all.chain(of.channels.parameters.iter().cloned()).collect())?)
-}
-
-/// What is said of residuals that are larger than expected.
-fn too_large(stage: &ResponseStage, left: &Left) -> String {
-    let (what, remedy) = if matches!(stage.noise, SdSpec::Fixed(_)) {
-        (
-            "the stated noise lets",
-            "state a larger noise, let it be inferred, or look for what the model lacks",
-        )
-    } else {
-        (
-            "the inferred noise lets",
-            "its prior holds the noise down: look for what the model lacks, or widen that prior",
-        )
-    };
-    format!(
-        "the residuals are {:.1} times as large as {what} expect (rms {:.2e}): error bars and leads are too sure by as much; {remedy}",
-        left.ratio, left.size
-    )
 }
 
 fn pairs(values: &[C64]) -> Vec<[f64; 2]> {

@@ -249,6 +249,21 @@ fn oracle_an_error_of_the_ambient_temperature_is_an_unknown_temperature() {
     }
 }
 
+/// The face of a sample whose place an unknown makes up for: 32 mm are a radian, to and fro.
+#[test]
+fn message_an_error_in_which_answers_bend_is_told() {
+    let unknown = "[unknown.off]\nunit = \"m\"\nprior = { normal = { mean = 0.0, sd = 45e-3 } }\n";
+    let said = |sd: f64| {
+        let rig = ["0.3 - face - $off", "", unknown];
+        let written = Written { sds: [0.0, sd, 0.0], rig, ..Written::default() };
+        written.found("bent", What::Reflection, [0.0; 3]).0.remark.unwrap_or_default()
+    };
+    let remark = said(45.0);
+    assert!(remark.contains("error of face 0.025 (i): over its"), "said: {remark}");
+    assert!(remark.contains("an unknown of the rig, and write `checked = true`"), "{remark}");
+    assert!(!said(0.3).contains("bend"), "{}", said(0.3));
+}
+
 #[test]
 fn oracle_what_a_stage_learns_of_an_error_goes_on_to_the_next() {
     let stage = |id: &str, on: &str| {
