@@ -30,6 +30,15 @@ pub enum EngineError {
         /// The operating point.
         point: String,
     },
+    /// The gas of a point is heated, and was not read there.
+    #[error(
+        "nothing is known of the gas at operating point {point}: [base.measured] has it by readings, the campaign reads heated gas where the same \
+         factors are above zero, and readings.csv has none of this point; add its readings, or let [base.heated-flow] foresee the gas"
+    )]
+    NoReadings {
+        /// The operating point.
+        point: String,
+    },
     /// Something is asked of factors that the campaign does not have, or without a number.
     #[error("{what}; the factors are {known}")]
     Factors {
@@ -294,6 +303,7 @@ impl EngineError {
     pub fn point(&self) -> Option<&str> {
         match self {
             Self::NoState { point }
+            | Self::NoReadings { point }
             | Self::Rig { point, .. }
             | Self::Network { point, .. }
             | Self::OtherMode { point, .. }

@@ -5,6 +5,7 @@ mod records;
 
 use crate::{
     failure::Failure,
+    made_of::warn_of_records,
     number,
     study::{measured, observations, of_the_engine, open, warn_of_copies, warn_of_doubts},
     study_responses,
@@ -94,6 +95,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
         (Some(o), _) => {
             ui.say(format!("observations: {} modes", o.modes.len()));
             warn_of_copies(ui, &study, o);
+            warn_of_records(dir, ui);
             let idle = study.idle_channels().map_err(Failure::bad_input)?;
             idle.iter().for_each(|said| ui.note(format!("warning: {said}")));
         }
@@ -128,7 +130,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
             && shared > 0
         {
             ui.say(format!(
-                "  {shared} installations have several of these points, which count as independent; `installation` of this stage's noise says how much assemblies differ"
+                "  {shared} installations hold several of these points each, which count as independent: if assemblies differ, state `installation` in the noise of this stage"
             ));
         }
         if study.plan.stage(&stage.id).is_some_and(|(_, plan)| plan.base_errors) {

@@ -16,6 +16,7 @@ mod flow;
 mod infer;
 mod inspect;
 mod lab;
+mod made_of;
 mod man;
 mod map;
 mod modes;

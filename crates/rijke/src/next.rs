@@ -74,9 +74,12 @@ pub(crate) struct Args {
 /// Rows that are printed; `--json` has all.
 const SHOWN: usize = 12;
 
+/// Information on the choice of models below which a plan tells nothing of it, nats.
+const NO_DIFFERENCE: f64 = 1e-3;
+
 pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     let dir = &args.dir;
-    let Ranked { study, observed, stage, every, model } = Ranked::open(dir, args.stage.as_deref())?;
+    let Ranked { study, observed, stage, every, model } = Ranked::open(dir, args.stage.as_deref(), ui)?;
     // Where nothing is open, the best other model; a stage of one model has none.
     let mut rivals: Vec<OpenModel> = kept_if_any(dir, &open_of(&stage.id))?.unwrap_or_default();
     if rivals.is_empty() {
@@ -137,7 +140,7 @@ fn print(ui: &Ui, found: &Next, about: Option<&str>) {
         ));
     }
     let hours = |h: Option<f64>| h.map_or(String::new(), |h| format!("{h:.2}"));
-    let number = |v: Option<f64>| v.map_or(String::new(), |v| format!("{v:.3}"));
+    let number = |v: Option<f64>| v.map_or(String::new(), |v| number::fixed(v, 3));
     let row = |s: &Suggestion| {
         let [first, second] = [0, 1].map(|k| number(s.models.map(|m| m[k])));
         let (parameters, nats) = (number(Some(s.parameters)), number(Some(s.nats)));
@@ -152,8 +155,12 @@ fn print(ui: &Ui, found: &Next, about: Option<&str>) {
     for (point, why) in found.left_out.iter().take(SHOWN) {
         ui.note(format!("{point} is left out: {why}"));
     }
-    ui.say(format!("Plan: {:.3} nats (greedy {:.3})", found.total[0], found.total[1]));
-    let row = |step: &Step| [format!("{:.3}", step.adds), hours(step.hours), step.point.clone()];
+    let [plan, greedy] = found.total.map(|nats| number::fixed(nats, 3));
+    ui.say(format!("Plan: {plan} nats (greedy {greedy})"));
+    if found.aim == Aim::Models && found.total[0] < NO_DIFFERENCE {
+        ui.say("No measurement at these points tells the models apart: they foresee the same");
+    }
+    let row = |step: &Step| [number::fixed(step.adds, 3), hours(step.hours), step.point.clone()];
     ui.table(["adds, nats", "h", "point"], found.plan.iter().map(row));
     if let Some(of) = found.factor.filter(|_| found.aim == Aim::Models) {
         let [first, second] = of.map(|[mean, sd]| format!("{mean:.1} +- {sd:.1}"));
@@ -163,7 +170,8 @@ fn print(ui: &Ui, found: &Next, about: Option<&str>) {
         ui.say(format!("Growth rate at {about}: sd {now:.3} 1/s now, {then:.3} 1/s after the plan"));
     }
     if let Some((point, nats)) = &found.further {
-        ui.say(format!("After it, the best further point would add {nats:.3} nats: {point}"));
+        let nats = number::fixed(*nats, 3);
+        ui.say(format!("After it, the best further point would add {nats} nats: {point}"));
     }
 }
 

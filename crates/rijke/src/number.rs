@@ -21,6 +21,12 @@ pub(crate) fn rounded(value: f64) -> String {
     format!("{value:.2e}")
 }
 
+/// With so many decimals; what rounds to zero has no sign.
+pub(crate) fn fixed(value: f64, places: usize) -> String {
+    let text = format!("{value:.places$}");
+    if text.bytes().all(|b| b"-0.".contains(&b)) { text.trim_start_matches('-').to_owned() } else { text }
+}
+
 /// A number that is neither infinite nor undefined.
 pub(crate) fn finite(text: &str) -> Result<f64, String> {
     let number: f64 = text.parse().map_err(|_| "it is not a number".to_owned())?;
@@ -59,6 +65,8 @@ mod tests {
         assert_eq!(shown(-1234.56, 7.0), "-1234.6 +- 7.0");
         assert_eq!(shown(2.0, 0.0), "2.000000e0 +- 0.0e0");
         assert_eq!(super::quantity(0.982_848, 1.04e-3, "1"), "0.9828 +- 0.0010");
+        let fixed = [-0.0004, -0.0006, 0.0, 12.0].map(|v| super::fixed(v, 3));
+        assert_eq!(fixed, ["0.000", "-0.001", "0.000", "12.000"]);
         let rounded = [0.0, 0.102, 1.557, 123.4, 5.42e-5, 3.5e-10].map(super::rounded);
         assert_eq!(rounded, ["0", "0.102", "1.56", "123", "5.42e-5", "3.50e-10"]);
     }

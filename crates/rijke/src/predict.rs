@@ -62,7 +62,7 @@ pub(crate) struct Args {
 
 pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     let dir = &args.dir;
-    let Ranked { study, observed, stage, every, model } = Ranked::open(dir, args.stage.as_deref())?;
+    let Ranked { study, observed, stage, every, model } = Ranked::open(dir, args.stage.as_deref(), ui)?;
     let wrong = |e: rijke_engine::EngineError| of_the_engine(&e, dir);
     let map = args.map.as_deref().map(|text| map::parsed(text, &study)).transpose()?;
     let among = stage.points.clone();

@@ -11,6 +11,7 @@ mod switched;
 use crate::{
     failure::{Classify, Failure},
     lab::Laboratory,
+    made_of::MadeOf,
     number,
     staging::StagedFolder,
     ui::Ui,
@@ -89,7 +90,8 @@ pub(crate) fn so_far(
     let of_the_study = !records.has_own_campaign();
     let tube = tube(&mut records)?;
     let (source, twins) = (Box::new(records), Vec::new());
-    let given = Given { source, tube, study: Some(study), of_the_study, twins };
+    // Records still come.
+    let given = Given { source, tube, study: Some(study), of_the_study, twins, folder: None };
     let processed = make(&args, out, &given, Some(kept), &Ui::silent())?;
     let figure = match shown {
         Some(name) => plot::of_record(&*given.source, &processed, name)?,
@@ -117,6 +119,8 @@ struct Given {
     of_the_study: bool,
     /// Files of the same content.
     twins: Vec<(String, String)>,
+    /// The folder of the records, to be named by what is made of them.
+    folder: Option<PathBuf>,
 }
 
 pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
@@ -136,7 +140,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
         return excited::run(&records, &study, args.out.as_deref(), args.force, ui);
     }
     let (mut study, mut of_the_study) = (None, false);
-    let mut twins = Vec::new();
+    let (mut twins, mut folder) = (Vec::new(), None);
     let heated;
     let source: Box<dyn RecordSource> = if args.virtual_rig {
         let laboratory = args.laboratory.open()?;
@@ -152,11 +156,12 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
         let opened = open(&name)?;
         heated = opened.tube;
         twins = opened.records.twins().or_bad_input()?;
+        folder = Some(opened.records.folder().to_owned());
         of_the_study = !opened.records.has_own_campaign();
         study = opened.study;
         Box::new(opened.records)
     };
-    let given = Given { source, tube: heated, study, of_the_study, twins };
+    let given = Given { source, tube: heated, study, of_the_study, twins, folder };
     let processed = make(args, &out, &given, None, ui)?;
     tell(&processed, &out, ui)
 }
@@ -165,7 +170,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
 fn make(
     args: &Args,
     out: &Path,
-    Given { source, tube, study, of_the_study, twins }: &Given,
+    Given { source, tube, study, of_the_study, twins, folder: records }: &Given,
     kept: Option<&Kept>,
     ui: &Ui,
 ) -> Result<Processed, Failure> {
@@ -189,8 +194,7 @@ fn make(
     options.ping.mains_hz = mains.unwrap_or(options.ping.mains_hz);
     options.gain_spread = Some(args.gain_spread);
     options.stated = args.channels.as_ref().map(|sds| ChannelPriors { gain_sd: sds[0], delay_sd: sds[1] });
-    let records = record_count(source.set());
-    let progress = ui.progress("processing", records as u64);
+    let progress = ui.progress("processing", record_count(source.set()) as u64);
     let processed = process_again(&**source, &options, kept, &|| progress.advance(1));
     drop(progress);
     let mut processed = processed.map_err(|error| match error {
@@ -210,6 +214,9 @@ fn make(
     Rejection::write_all(&processed.corrections, &folder.path().join("corrections.csv")).or_failed()?;
     if args.plot {
         plot::write(&**source, &processed, folder.path())?;
+    }
+    if let Some(records) = records {
+        MadeOf::write_of_records(records, folder.path())?;
     }
     folder.commit()?;
     Ok(processed)
@@ -253,7 +260,7 @@ fn tell(processed: &Processed, out: &Path, ui: &Ui) -> Result<(), Failure> {
 }
 
 /// What `rijke process` writes; other files in its folder are kept.
-static WRITTEN: [&str; 13] = [
+static WRITTEN: [&str; 14] = [
     Ramp::FILE,
     HeatedTube::FILE,
     "rig.toml",
@@ -266,6 +273,7 @@ static WRITTEN: [&str; 13] = [
     "corrections.csv",
     "channels.toml",
     "observations.toml",
+    MadeOf::FILE,
     "plots",
 ];
 

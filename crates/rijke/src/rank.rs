@@ -2,6 +2,7 @@
 
 use crate::{
     failure::{Classify, Failure},
+    made_of::{MadeOf, warn_of_records},
     map, number,
     staging::StagedFolder,
     study::{doubts_of, observations, of_the_engine, open, warn_of, warn_of_left_out},
@@ -57,6 +58,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     let (observations, doubts) = (observations(&study)?, doubts_of(&study));
     let staged = StagedFolder::new(&dir.join("results"), "numbers/claims.json", args.force)?.told(ui);
     warn_of(ui, &study, &observations)?;
+    warn_of_records(dir, ui);
     if let Some(id) = args.until.as_ref().filter(|id| study.plan.response(id).is_some()) {
         return Err(Failure::bad_input(format!(
             "--until {id}: that stage trains on responses, and these all run before those of modes"
@@ -97,6 +99,14 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
             100.0 * heat.scatter_within[0],
             100.0 * heat.scatter_within[1]
         ));
+        let [offset, sd, before] = heat.common;
+        if before > 0.0 && !heat.thermometers.is_empty() {
+            ui.note(format!(
+                "the thermometers together read {} K too much, by readings and heat (0 +- {} before them)",
+                number::with_sd(offset, sd),
+                number::rounded(before)
+            ));
+        }
         heat.warnings().iter().for_each(|warning| ui.note(format!("warning: {warning}")));
     }
     let (mut stages, mut answers) = (Vec::new(), Vec::new());
@@ -155,6 +165,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     for answer in &answers {
         keep(&numbers, &format!("answer-{}", answer.id), answer)?;
     }
+    MadeOf::write_of_study(dir, staged.path())?;
     // Last: a folder with this file is finished.
     keep(&numbers, "claims", &verdicts)?;
     staged.commit()?;
@@ -236,12 +247,13 @@ fn table(ui: &Ui, stage: &StageRecord) {
     ui.say(format!("{} ({modes} {})", stage.title, if modes == 1 { "mode" } else { "modes" }));
     let models = stage.by_evidence();
     let best = models.first().map_or(0.0, |m| m.ln_evidence());
+    let of_all = stage.remarks_of_all();
     for model in models {
         let mark = if model.id == stage.chosen { "  <- goes on" } else { "" };
         match model.evidence {
             Some(_) => {
                 ui.say(format!("  {:>9.1} nats  {}{mark}", model.ln_evidence() - best, model.id));
-                for remark in crate::results::reasons(&model.remark) {
+                for remark in model.remarks().filter(|line| !of_all.contains(line)) {
                     ui.say(format!("                  {remark}"));
                 }
             }
@@ -250,6 +262,7 @@ fn table(ui: &Ui, stage: &StageRecord) {
             }
         }
     }
+    of_all.iter().for_each(|said| ui.say(format!("      of all these: {said}")));
     if let Some(model) = stage.models.iter().find(|m| m.id == stage.chosen) {
         carried_on(ui, stage);
         if let Some((other, behind)) = stage.nearest().filter(|(_, behind)| *behind < stage.decides) {
@@ -264,8 +277,8 @@ fn table(ui: &Ui, stage: &StageRecord) {
             ui.say(format!("      these numbers stand on a choice that is not decided. {assumed}."));
         }
         // What a search leaves of a noise that the data choose to be none.
-        let some = |(k, v): (usize, f64)| if v.abs() < NO_MISFIT[k] { 0.0 } else { v.abs() };
-        let [growth, frequency, pressure] = [0, 1, 2].map(|k| some((k, model.misfit[k])));
+        let size = |k: usize| Some(model.misfit[k].abs()).filter(|v| *v >= NO_MISFIT[k]).unwrap_or(0.0);
+        let [growth, frequency, pressure] = [0, 1, 2].map(size);
         let trained = !stage.measured.is_empty();
         let misfit = format!(
             "      misfit beyond the measured errors: {} 1/s, {} Hz, {} of relative pressures",

@@ -2,6 +2,7 @@
 
 use crate::{
     failure::{Classify, Failure},
+    made_of::warn_of_study,
     rank::{Results, rival_of},
     results::kept,
     staging::Lock,
@@ -27,6 +28,7 @@ pub(crate) struct Args {
 }
 
 pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
+    warn_of_study(&args.dir, ui);
     let page = draw(&args.dir)?;
     ui.say(page.display().to_string());
     ui.result(&serde_json::json!({ "page": page }))

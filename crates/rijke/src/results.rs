@@ -3,6 +3,7 @@
 
 use crate::{
     failure::{Classify, Failure},
+    made_of::warn_of_study,
     number,
     study::{observations, open},
     ui::Ui,
@@ -85,8 +86,9 @@ pub(crate) struct Ranked {
 
 impl Ranked {
     /// Reads them; without a name, of the last stage.
-    pub(crate) fn open(dir: &Path, stage: Option<&str>) -> Result<Self, Failure> {
+    pub(crate) fn open(dir: &Path, stage: Option<&str>, ui: &Ui) -> Result<Self, Failure> {
         let study = open(dir)?;
+        warn_of_study(dir, ui);
         let observed = observations(&study)?;
         let named =
             |id: &str| study.plan.stage(id).map(|(_, s)| s).ok_or_else(|| no_stage(id, &study.plan, dir));

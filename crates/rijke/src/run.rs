@@ -2,7 +2,7 @@
 
 use crate::{
     failure::Failure,
-    flow, process, rank, report,
+    flow, made_of, process, rank, report,
     results::Trust,
     staging::Lock,
     study::{measured, open},
@@ -40,7 +40,12 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     let _lock = Lock::within(dir)?;
     let finished = results.join("index.html").is_file();
     if finished && !args.force {
-        return Err(Failure::bad_input(format!("{}: exists already", results.display()))
+        let changed = made_of::changed_study(dir);
+        let of = match changed.is_empty() {
+            true => String::new(),
+            false => format!(", and {} changed since", made_of::few(&changed)),
+        };
+        return Err(Failure::bad_input(format!("{}: exists already{of}", results.display()))
             .remedy("Move it away, or take every step again with --force."));
     }
     steps(&study, args.trust, args.force, ui).map(|_| ())
@@ -63,7 +68,8 @@ fn steps(study: &Study, trust: Trust, force: bool, ui: &Ui) -> Result<PathBuf, F
         flow::of_study(dir, &base, force, &ui.of_a_step()).map(|_| ())?;
     }
     let results = dir.join("results");
-    if force || !results.join("numbers/claims.json").is_file() {
+    let ranked = results.join("numbers/claims.json").is_file() && made_of::changed_study(dir).is_empty();
+    if force || !ranked {
         let replace = results.is_dir();
         rank::run(&rank::Args { dir: dir.clone(), trust, until: None, lengths: false, force: replace }, ui)?;
     }
@@ -75,6 +81,12 @@ fn steps(study: &Study, trust: Trust, force: bool, ui: &Ui) -> Result<PathBuf, F
 /// Processes the records of a study, if there are any; what was processed before is kept without `force`.
 fn processed(dir: &Path, force: bool, ui: &Ui) -> Result<(), Failure> {
     let (records, observations) = (dir.join("records"), dir.join("observations"));
+    let changed = made_of::changed_records(dir);
+    if !force && !changed.is_empty() {
+        let (shown, changed) = (observations.display(), made_of::few(&changed));
+        return Err(Failure::bad_input(format!("{shown}: of other records: {changed} changed since"))
+            .remedy("Move it away, or take every step again with --force."));
+    }
     if !records.is_dir() || (!force && measured(&observations)) {
         return Ok(());
     }

@@ -175,7 +175,7 @@ fn fitted(data: &Decimated, options: &BlowOptions) -> Result<Vec<Option<BlowMode
                     components.remove(k);
                     continue;
                 }
-                Some(_) => return Err(Fault::Weak { ratio: 0.0 }),
+                Some(_) => return Err(Fault::Weak(0.0)),
             },
             Err(fault) => fault,
         };

@@ -1,5 +1,6 @@
 //! Why a record cannot be used.
 
+use crate::ping::Unstable;
 use crate::words::not_quiet;
 
 /// What is wrong with one record. Every variant concerns that record alone: the caller lists it and goes on
@@ -194,12 +195,9 @@ pub enum Fault {
         /// Its length.
         samples: usize,
     },
-    /// No signal stands out of the noise.
-    #[error("no signal: the strongest component is {ratio:.2} times the noise")]
-    Weak {
-        /// Amplitude over noise.
-        ratio: f64,
-    },
+    /// No signal stands out of the noise: the amplitude over the noise.
+    #[error("no signal: the strongest component is {0:.2} times the noise")]
+    Weak(f64),
     /// The strongest tone, Hz, lies beside a multiple of the mains, Hz.
     #[error("the tone at {0:.1} Hz is not told from hum at {1:.0} Hz: drive the mode, or state `mains_hz`")]
     BesideMains(f64, f64),
@@ -276,12 +274,12 @@ pub enum Fault {
         /// Where it was sought, Hz.
         band_hz: (f64, f64),
     },
-    /// The oscillation does not decay.
-    #[error("the oscillation does not decay: growth rate {growth_rate:.3} 1/s")]
-    NotDecaying {
-        /// Growth rate, 1/s.
-        growth_rate: f64,
-    },
+    /// The rig sounds by itself.
+    #[error(transparent)]
+    Unstable(#[from] Unstable),
+    /// The oscillation does not decay: its growth rate, 1/s.
+    #[error("the oscillation does not decay: growth rate {0:.3} 1/s")]
+    NotDecaying(f64),
     /// The loudspeaker goes on.
     #[error(
         "the loudspeaker is not off: after the forcing a tone at {frequency_hz:.1} Hz goes on with {:.1} % of its amplitude. Switch the \

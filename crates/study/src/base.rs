@@ -102,6 +102,18 @@ impl Cause {
             Sharing::Day(point.day.clone())
         })
     }
+
+    /// Whether its error is by definition that of other installations too, wherever there are such points.
+    #[must_use]
+    pub fn is_of_many(&self) -> bool {
+        match self {
+            Self::Ambient(by) | Self::Reading(_, by) | Self::Flow(by) => {
+                matches!(by, Sharing::Day(_) | Sharing::All)
+            }
+            Self::Part(_) | Self::Law { .. } => true,
+            Self::Factor { .. } | Self::Inferred(_) => false,
+        }
+    }
 }
 
 /// Who shares an error.

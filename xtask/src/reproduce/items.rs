@@ -38,9 +38,16 @@ pub(super) fn parse(name: &str) -> Result<Item, String> {
     let is_cold = |value: &dyn Fn(&str) -> Option<f64>| {
         limits.iter().any(|(factor, above)| value(factor).is_some_and(|v| v <= *above))
     };
+    // A run answers all questions of the stages that it trains.
     let needed = 1 + list("stage").position(|s| text(s, "id").as_ref() == Some(until)).unwrap_or(0);
-    let is_cold_stage = |s| is_cold(&|factor| wanted(s)?.get(factor).and_then(number));
-    let cold = list("stage").take(needed).all(is_cold_stage);
+    let stages: Vec<&Value> = list("stage").take(needed).collect();
+    let trained = |ask: &Value| stages.iter().any(|s| text(s, "id") == text(ask, "stage"));
+    let asked = list("ask").filter(|ask| trained(ask) && wanted(ask).is_some());
+    let cold = stages
+        .iter()
+        .copied()
+        .chain(asked)
+        .all(|t| is_cold(&|factor| wanted(t)?.get(factor).and_then(number)));
     let campaign = read("campaign.csv")?;
     let mut lines =
         campaign.lines().filter(|l| !l.starts_with('#')).map(|l| l.split(',').collect::<Vec<_>>());
@@ -60,7 +67,9 @@ mod tests {
     fn exact_an_item_needs_its_stage_and_a_wrong_one_is_named() {
         let of = |name: &str| parse(name).map(|item| (item.until, item.cold));
         let cold = ["C1", "C2", "C3", "H0"].map(str::to_owned).to_vec();
-        assert_eq!(of("figure-5"), Ok(("thermocouples".to_owned(), Some(cold))));
+        assert_eq!(of("prongs"), Ok(("prongs".to_owned(), Some(cold))));
+        // Its stage is answered with Figs. 6 and 7, which are about hot points.
+        assert_eq!(of("figure-5"), Ok(("thermocouples".to_owned(), None)));
         assert_eq!(of("figure-10"), Ok(("heat-release".to_owned(), None)));
         assert_eq!(of("stability"), of("heat-release"));
         assert!(of("figure-13").unwrap_err().contains("undamped-wall, figure-3"));

@@ -73,9 +73,9 @@ impl BaseErrors {
         self
     }
 
-    /// The causes that points of different installations share (`same` tells whether two are of one), and
-    /// those that go on from stage to stage; what each does to all numbers, point after point, `sizes` of
-    /// each; and the errors without them.
+    /// The causes that points of different installations share (`same` tells whether two are of one), or
+    /// would share if there were such points, and those that go on from stage to stage; what each does to all
+    /// numbers, point after point, `sizes` of each; and the errors without them.
     pub(crate) fn apart(
         self,
         sizes: &[usize],
@@ -89,7 +89,8 @@ impl BaseErrors {
                 *apart |= !same(*other, p);
             }
         }
-        let shared = |(cause, (_, apart)): &(&&Cause, &(usize, bool))| *apart || goes_on(cause);
+        let shared =
+            |(cause, (_, apart)): &(&&Cause, &(usize, bool))| *apart || cause.is_of_many() || goes_on(cause);
         let causes: Vec<Cause> = first.iter().filter(shared).map(|(cause, _)| (*cause).clone()).collect();
         let mut columns = vec![vec![0.0; sizes.iter().sum()]; causes.len()];
         let mut rest = Self { points: vec![Vec::new(); self.points.len()] };

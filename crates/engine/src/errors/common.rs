@@ -14,12 +14,12 @@ use rijke_study::Cause;
 /// They act on the pressures and the eigenvalues of all points at once. As a covariance they would join all
 /// numbers into one block; taken as noise of each point, they would seem to vanish in the mean over points.
 /// As parameters with a prior of 0 +- 1, in which the prediction is linear, they do neither, and what the
-/// sound says of the flow is not lost. A cause of which later stages have points too is one of them, whoever
-/// shares it here; what is learnt of it goes on ([`Common::learned`]), and there it is a parameter again,
+/// sound says of the flow is not lost: predictions of any point have it, in a campaign of one installation
+/// too. A cause of which later stages have points is one of them, whoever shares it here; what is learnt of it goes on ([`Common::learned`]), and there it is a parameter again,
 /// with that for its prior.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Common {
-    /// The causes: those of which earlier stages tell, then those that more than one installation names, or a
+    /// The causes: those of which earlier stages tell, then those that installations share, or a
     /// later stage.
     causes: Vec<Cause>,
     /// How many of them earlier stages tell of: each of these is a direction of its own.
@@ -56,18 +56,15 @@ impl Common {
         let sizes: Vec<usize> = used.iter().map(Used::size).collect();
         let rows: usize = sizes.iter().sum();
         let goes_on = |cause: &Cause| training.causes.contains(cause) || training.knows(cause);
-        let (mut causes, mut columns, rest) = errors.apart(&sizes, same, goes_on);
+        let (causes, columns, rest) = errors.apart(&sizes, same, goes_on);
         // One that does nothing here is handed on with what the parameters, which are tied to it, learn.
-        for cause in &training.causes {
-            if training.knows(cause) && !causes.contains(cause) {
-                causes.push(cause.clone());
-                columns.push(vec![0.0; rows]);
-            }
-        }
-        let mut both: Vec<(Cause, Vec<f64>)> = causes.into_iter().zip(columns).collect();
-        both.sort_by_key(|(cause, _)| !training.knows(cause));
-        let (causes, columns): (Vec<Cause>, Vec<Vec<f64>>) = both.into_iter().unzip();
-        let known = causes.iter().filter(|cause| training.knows(cause)).count();
+        let idle = training.causes.iter().filter(|cause| training.knows(cause) && !causes.contains(cause));
+        let idle: Vec<(Cause, Vec<f64>)> = idle.map(|cause| (cause.clone(), vec![0.0; rows])).collect();
+        let (mut all, new): (Vec<_>, Vec<_>) =
+            causes.into_iter().zip(columns).chain(idle).partition(|(cause, _)| training.knows(cause));
+        let known = all.len();
+        all.extend(new);
+        let (causes, columns): (Vec<Cause>, Vec<Vec<f64>>) = all.into_iter().unzip();
         let others = &columns[known..];
         // Numbers that were not measured have no weight.
         let weigh = |u: &Used| {
@@ -102,9 +99,11 @@ impl Common {
         (0..self.known).map(|k| [handed_on(&self.causes[k]), name(k)]).collect()
     }
 
-    /// What a training with `own` parameters before these tells of the causes that later stages want, beside
-    /// all that it `found`.  With c the causes and b the directions, c = U b and what of c moves nothing
-    /// here, of which its prior is left: c has the mean U E b and the covariance U (cov b - 1) U' + 1.
+    /// What a training tells of the causes that later stages want. `found` is all that it found; these
+    /// parameters stand there behind the model's `own`.
+    ///
+    /// The causes are c = U b, with b the directions, and a part that moves no number here and keeps its
+    /// prior: c has the mean U E b and the covariance U (cov b - 1) U' + 1.
     pub(crate) fn learned(&self, wanted: &[Cause], own: usize, found: &NamedGaussian) -> Learned {
         let places: Vec<usize> =
             (0..self.causes.len()).filter(|&j| wanted.contains(&self.causes[j])).collect();

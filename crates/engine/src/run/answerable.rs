@@ -2,8 +2,8 @@
 
 use super::combined::{assembly_of, first_of_responses, rows_of};
 use super::inputs::{ambient_of_all, conditions, states};
-use crate::rows::Choice;
-use crate::{Conditions, EngineError, PointModel};
+use crate::rows::{Choice, Row};
+use crate::{Assembly, Conditions, EngineError, PointModel};
 use rijke_network::{NetworkError, Workspace};
 use rijke_numerics::{C64, Order};
 use rijke_study::plan::{Ask, Question};
@@ -35,13 +35,17 @@ pub(super) fn at_all_points(
     let mut done: BTreeMap<String, Choice> = first_of_responses(study);
     for stage in &study.plan.stages {
         let rows = rows_of(study, stage, &|id| done.get(id).cloned().into_iter().collect());
-        for question in study.plan.questions.iter().filter(|q| q.stage == stage.id) {
+        let questions = || study.plan.questions.iter().filter(|q| q.stage == stage.id);
+        let asked = questions().any(|q| matches!(q.ask, Ask::Prediction { .. }));
+        let model = |row: &Row| assembly_of(study, &row.choice, &stage.hold);
+        let models: Vec<Assembly> = rows.iter().filter(|_| asked).map(model).collect::<Result<_, _>>()?;
+        for question in questions() {
             let Ask::Prediction { points, .. } = &question.ask else { continue };
             let meant = study.campaign.points.iter().enumerate();
             for (k, point) in meant.filter(|(_, p)| points.holds(&study.campaign, p)) {
                 let Ok(conditions) = conditions(study, point, states.get(&k), ambient[k]) else { continue };
-                for row in &rows {
-                    if let Some(source) = undefined(study, &row.choice, &stage.hold, &conditions)? {
+                for (row, assembly) in rows.iter().zip(&models) {
+                    if let Some(source) = undefined(study, assembly, &conditions) {
                         let model = row.choice.values().cloned().collect::<Vec<_>>().join(" + ");
                         let (question, source) = (question.id.clone(), Box::new(source));
                         return Err(EngineError::Unanswerable { question, model, source });
@@ -56,23 +60,17 @@ pub(super) fn at_all_points(
     Ok(())
 }
 
-/// Why the model of these candidates is undefined under these conditions, in the middle of the frequencies of
+/// Why a model is undefined under these conditions, in the middle of the frequencies of
 /// the search; nothing if it is defined.
-fn undefined(
-    study: &Study,
-    choice: &Choice,
-    hold: &BTreeMap<String, f64>,
-    conditions: &Conditions,
-) -> Result<Option<EngineError>, EngineError> {
-    let assembly = assembly_of(study, choice, hold)?;
+fn undefined(study: &Study, assembly: &Assembly, conditions: &Conditions) -> Option<EngineError> {
     let values: Vec<f64> = assembly.parameters().iter().map(|p| p.prior.quantile(0.5)).collect();
     let [low, high] = study.rig.search[1];
     let middle = C64::new(0.0, std::f64::consts::PI * (low + high));
-    let found = PointModel::new(&assembly, conditions, &[]).and_then(|model| {
+    let found = PointModel::new(assembly, conditions, &[]).and_then(|model| {
         model.starting_from(middle).respond(&values, Order::Value, &mut Workspace::default())
     });
-    Ok(match found {
+    match found {
         Err(why @ EngineError::Network { source: NetworkError::NotFinite { .. }, .. }) => Some(why),
         _ => None,
-    })
+    }
 }

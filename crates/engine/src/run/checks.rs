@@ -75,8 +75,14 @@ impl Run {
         let linear = &chosen.trained.linear.0;
         let mut residuals = vec![[None; 2]; chosen.observed.len()];
         let mut points: Vec<PointCheck> = Vec::new();
-        for point in chosen.observed.chunk_by(|a, b| a.conditions.id == b.conditions.id) {
-            let id = &point[0].conditions.id;
+        let mut ids: Vec<&String> = Vec::new();
+        for observed in chosen.observed.iter() {
+            // The modes of a point may stand anywhere among those of others.
+            let id = &observed.conditions.id;
+            if ids.contains(&id) {
+                continue;
+            }
+            ids.push(id);
             let of = |chosen: &Chosen, rows: &[(usize, usize)]| -> Vec<usize> {
                 let own = |i: &usize| chosen.observed[rows[*i].0].conditions.id == *id;
                 (0..rows.len()).filter(own).collect()

@@ -132,6 +132,9 @@ pub(super) fn conditions_or_ambient(
         let (key, value) = (heated.flow.clone(), format!("{flow} m^3/s"));
         return Err(fail(StudyProblem::Value { key, value, need: "above zero where there is power" }));
     }
+    if let (Base::Measured(_), None, Some(_)) = (&study.plan.base, inferred, ambient) {
+        return Err(EngineError::NoReadings { point: point.id.clone() });
+    }
     let ambient = match (inferred, ambient) {
         // What enters the rig is ambient gas.
         (Some(state), _) => [state.temperature[0], 0.0],

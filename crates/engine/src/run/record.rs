@@ -166,6 +166,11 @@ impl ModelRecord {
     pub fn ln_evidence(&self) -> f64 {
         self.evidence.map_or(f64::NEG_INFINITY, |e| e.ln_marginal)
     }
+
+    /// The lines of the remark.
+    pub fn remarks(&self) -> impl Iterator<Item = &str> {
+        self.remark.iter().flat_map(|remark| remark.lines())
+    }
 }
 
 /// The model of most evidence beside the one called `chosen`, and by how many nats it lies behind that one;
@@ -183,6 +188,15 @@ impl StageRecord {
         let mut all: Vec<&ModelRecord> = self.models.iter().collect();
         all.sort_by(|a, b| b.ln_evidence().total_cmp(&a.ln_evidence()));
         all
+    }
+
+    /// Lines of remarks that all models with evidence have, if there are several.
+    #[must_use]
+    pub fn remarks_of_all(&self) -> Vec<&str> {
+        let all: Vec<&ModelRecord> = self.models.iter().filter(|m| m.evidence.is_some()).collect();
+        let [first, _, ..] = all[..] else { return Vec::new() };
+        let everywhere = |line: &&str| all.iter().all(|m| m.remarks().any(|other| other == *line));
+        first.remarks().filter(everywhere).collect()
     }
 
     /// The models that were carried on, each with its ln evidence less that of the best of them, later stages

@@ -8,18 +8,20 @@ use std::path::Path;
 pub(crate) type Row = (usize, String, Vec<f64>);
 
 /// Reads the columns `point` and `wanted`, each with its SI unit; `sd` is a difference of two numbers of its
-/// unit. A name that is an alternative of two, `temperature|sound_speed`, stands for the one that is there.
+/// unit.
 pub(crate) fn rows(path: &Path, wanted: &[(&str, &str)]) -> Result<Vec<Row>, FlowError> {
-    let wrong = |error: RigError| FlowError::File { file: path.to_path_buf(), problem: without_path(error) };
-    let columns = Columns::read(path).map_err(wrong)?;
+    Columns::read(path).and_then(|columns| rows_of(&columns, wanted)).map_err(|error| of_file(path, error))
+}
+
+fn rows_of(columns: &Columns, wanted: &[(&str, &str)]) -> Result<Vec<Row>, RigError> {
     let names: Vec<&str> = std::iter::once("point").chain(wanted.iter().map(|w| w.0)).collect();
-    columns.only(&names).map_err(wrong)?;
-    let points = columns.words("point").map_err(wrong)?;
+    columns.only(&names)?;
+    let points = columns.words("point")?;
     let column = |(name, unit): &(&str, &str)| match *name {
         "sd" => columns.differences(name, unit),
         _ => columns.numbers(name, unit),
     };
-    let numbers: Vec<Vec<f64>> = wanted.iter().map(column).collect::<Result<_, _>>().map_err(wrong)?;
+    let numbers: Vec<Vec<f64>> = wanted.iter().map(column).collect::<Result<_, _>>()?;
     let row = |(k, point): (usize, &&str)| {
         (columns.line(k), (*point).to_owned(), numbers.iter().map(|column| column[k]).collect())
     };
@@ -29,21 +31,21 @@ pub(crate) fn rows(path: &Path, wanted: &[(&str, &str)]) -> Result<Vec<Row>, Flo
 /// Readings of a file whose quantity is a temperature (K) or a speed of sound (m/s), by the column that it
 /// has: whether it is a speed, and rows with place (m), reading and standard deviation.
 pub(crate) fn readings(path: &Path) -> Result<(bool, Vec<Row>), FlowError> {
-    let wrong = |error: RigError| FlowError::File { file: path.to_path_buf(), problem: without_path(error) };
-    let by_speed = {
-        let columns = Columns::read(path).map_err(wrong)?;
-        columns.has("sound_speed") && !columns.has("temperature")
+    let read = |columns: Columns| {
+        let by_speed = columns.has("sound_speed") && !columns.has("temperature");
+        let (name, unit) = if by_speed { ("sound_speed", "m/s") } else { ("temperature", "K") };
+        Ok((by_speed, rows_of(&columns, &[("at", "m"), (name, unit), ("sd", unit)])?))
     };
-    let (name, unit) = if by_speed { ("sound_speed", "m/s") } else { ("temperature", "K") };
-    Ok((by_speed, rows(path, &[("at", "m"), (name, unit), ("sd", unit)])?))
+    Columns::read(path).and_then(read).map_err(|error| of_file(path, error))
 }
 
 /// What is wrong, and where in the file, which is named beside it.
-fn without_path(error: RigError) -> String {
-    match error {
+fn of_file(path: &Path, error: RigError) -> FlowError {
+    let problem = match error {
         RigError::Invalid { place, problem, .. } => format!("{place}: {problem}"),
         other => other.to_string(),
-    }
+    };
+    FlowError::File { file: path.to_path_buf(), problem }
 }
 
 /// What is wrong in a line of a file.

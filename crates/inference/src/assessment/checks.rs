@@ -1,7 +1,7 @@
 //! The single checks of a fit: noise, doubled priors, directions that the data do not see, bounds.
 
 use super::health::Health;
-use crate::density::{Energy, Gaussian, Objective, TrustRegion, minimise};
+use crate::density::{Energy, Gaussian, Objective, Stop, TrustRegion, minimise};
 use crate::error::InferenceError;
 use crate::evidence::Laplace;
 use crate::fit::{Fit, Posterior};
@@ -12,7 +12,8 @@ impl Posterior<'_> {
     /// Warns of a search that did not converge, and of noise that has too few data or none.
     pub(crate) fn warn_of_fit(&self, fit: &Fit, health: &mut Health) {
         if !fit.stop.converged() {
-            health.warnings.push(format!("the search did not converge: {}", fit.stop));
+            let free = self.free_direction(fit).map_or(String::new(), |free| format!(": {free}"));
+            health.warnings.push(format!("the search did not converge: {}{free}", fit.stop));
         }
         let data = self.data().observations();
         let told = self.told(fit);
@@ -39,13 +40,24 @@ impl Posterior<'_> {
             }
         }
         if !few.is_empty() {
+            // Without numbers of its own, so that models of the same data say the same.
+            let noise = few.join(" and ");
             health.warnings.push(format!(
-                "few data are left to tell the noise by: it floats in {}, while the data of all kinds determine {told:.1} of {} parameters beyond \
-                 their priors",
-                few.join(" and "),
-                self.parameters().len()
+                "the noise of {noise} is hardly known: there are no more of these data than parameters that the data determine"
             ));
         }
+    }
+
+    /// The direction of least curvature, in deviations of the priors, where a search ended on a flat one.
+    fn free_direction(&self, fit: &Fit) -> Option<String> {
+        let Stop::Flat { .. } = fit.stop else { return None };
+        let (h, scales) = (&fit.search_hessian, self.scales());
+        let n = h.rows();
+        let scaled = Matrix::from_fn(n, n, |i, j| h[(i, j)] * scales[i] * scales[j]);
+        let (values, vectors) = symmetric_eigen(&scaled).ok()?;
+        let lowest = (0..n).min_by(|&a, &b| values[a].total_cmp(&values[b]))?;
+        let direction: Vec<f64> = (0..n).map(|i| vectors[(i, lowest)]).collect();
+        Some(self.in_words(&direction, &(0..n).collect::<Vec<_>>()))
     }
 
     /// How many parameters the data determine: the trace of H^-1 (H - P), with H the Hessian of the cost and

@@ -40,7 +40,8 @@ pub(super) fn section(stage: &StageRecord) -> String {
         String::new()
     };
     format!(
-        "<p>Squares of residuals in standard deviations of the noise: {}.</p>\n<details><summary>Each point foreseen from all others</summary><p>ln of \
+        "<p>Sum of squared residuals, in standard deviations of the noise, of how many data: {}. p is the share of data made by this model itself \
+         that leave a larger sum after the same fit.</p>\n<details><summary>Each point foreseen from all others</summary><p>ln of \
          the density of its data given those of all other points, to first order.{decided} * the model moves far without this point: do not trust its \
          number to 0.05 nats.</p><div class=\"wide\"><table><thead><tr><th>point</th><th>ln density, nats</th>{}<th>parameters move without it, \
          sd</th></tr></thead><tbody>\n{rows}</tbody></table></div></details>\n",

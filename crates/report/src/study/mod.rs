@@ -230,13 +230,25 @@ fn answer(stage: &StageRecord) -> Option<String> {
     Some(if lead > stage.decides.max(3.0) {
         format!("{title}: <b>{}</b>, {lead:.1} nats ahead of {}.", name(winner), name(second))
     } else {
+        let (first, other, rest) = apart(&winner.label, &second.label);
+        let (first, other) = (draw::html(&first), draw::html(&other));
         format!(
-            "{title}: not decided. <b>{}</b> is {lead:.1} nats ahead of {}, which is odds of {:.1} to 1.",
-            name(winner),
-            name(second),
+            "{title}: not decided between <b>{first}</b> and {other}, which is {lead:.1} nats behind: odds of {:.1} to 1.{rest}",
             lead.exp()
         )
     })
+}
+
+/// What two models are called where they differ, and a sentence if they share more than that.
+fn apart(a: &str, b: &str) -> (String, String, &'static str) {
+    let [one, other] = [a, b].map(|label| label.split("; ").collect::<Vec<_>>());
+    let differ: Vec<(&str, &str)> =
+        one.iter().copied().zip(other.iter().copied()).filter(|(x, y)| x != y).collect();
+    if one.len() != other.len() || differ.is_empty() || differ.len() == one.len() {
+        return (a.to_owned(), b.to_owned(), "");
+    }
+    let (first, second): (Vec<&str>, Vec<&str>) = differ.into_iter().unzip();
+    (first.join("; "), second.join("; "), " All else is the same in both.")
 }
 
 fn section(head: &StudyHead, stage: &StageRecord) -> String {

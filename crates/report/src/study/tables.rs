@@ -27,12 +27,11 @@ pub(super) fn ranking(stage: &StageRecord, published: Option<&BTreeMap<String, [
     let (columns, heard) = if shapes { (8, "<th>misfit of relative pressures</th>") } else { (7, "") };
     let probabilities = stage.probabilities();
     let best = models.first().and_then(|m| total(m)).unwrap_or(0.0);
+    let of_all = stage.remarks_of_all();
     let row = |m: &&ModelRecord| {
         let class = if m.id == stage.chosen { " class=\"chosen\"" } else { "" };
-        let remark = m
-            .remark
-            .as_deref()
-            .map_or(String::new(), |r| format!("<br><small>{}</small>", html(r).replace('\n', "<br>")));
+        let own = m.remarks().filter(|line| !of_all.contains(line));
+        let remark: String = own.map(|line| format!("<br><small>{}</small>", html(line))).collect();
         let name = format!("<td>{}{remark}</td><td><code>{}</code></td>", html(&m.label), html(&m.id));
         let printed = published.map_or(String::new(), |rows| match rows.get(&m.id) {
             Some([.., ml]) => format!(
@@ -93,7 +92,8 @@ pub(super) fn ranking(stage: &StageRecord, published: Option<&BTreeMap<String, [
         };
         format!("<details><summary>{count} further models, {said}</summary>{}</details>\n", table(&folded))
     };
-    table(&shown) + &rest
+    let said: String = of_all.iter().map(|line| format!("<p>Of all these: {}.</p>\n", html(line))).collect();
+    table(&shown) + &said + &rest
 }
 
 /// Models of a table that are always shown.

@@ -1,6 +1,8 @@
 //! Why a record could not be fitted: what a fit calls a second excitation or a burst of hum may have another
 //! cause.
 
+mod unstable;
+
 use super::forcing::{Envelope, FORCED, strongest};
 use super::options::PingOptions;
 use super::search::{Search, floor};
@@ -9,6 +11,8 @@ use crate::ringdown::{Component, Kind, SEARCHING, Solution, White, glance, solve
 use crate::{Fault, Trace};
 use rijke_numerics::C64;
 use std::f64::consts::TAU;
+
+pub use unstable::Unstable;
 
 /// Least share of the forcing that a tone after it must have to be called a leak. Neighbours and drift leave
 /// less.
@@ -94,7 +98,7 @@ pub(crate) fn is_doubtful(fault: &Fault) -> bool {
             | Fault::Residual { .. }
             | Fault::NotFree { .. }
             | Fault::StillDriven { .. }
-            | Fault::NotDecaying { .. }
+            | Fault::NotDecaying(_)
             | Fault::NotConverged { .. }
             | Fault::Singular(_)
     )
@@ -108,10 +112,11 @@ pub(crate) fn reason(trace: &Trace<'_>, options: &PingOptions, fault: Fault) -> 
         Fault::StillDriven { .. } | Fault::GainDrifts { .. } | Fault::GainsApart { .. } => {
             whole().and_then(|w| w.bent())
         }
-        Fault::Weak { .. } => whole()
+        Fault::ShortDecay { .. } => whole().and_then(|w| w.by_itself()),
+        Fault::Weak(_) => whole()
             .and_then(|w| w.hum().or_else(|| w.bent()).or_else(|| w.lasting()).or_else(|| w.beside_mains())),
         fault if is_doubtful(fault) => {
-            whole().and_then(|w| w.hum().or_else(|| w.bent()).or_else(|| w.lasting()))
+            whole().and_then(|w| w.hum().or_else(|| w.bent()).or_else(|| w.growing()).or_else(|| w.lasting()))
         }
         _ => None,
     };

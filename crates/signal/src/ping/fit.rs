@@ -84,7 +84,7 @@ pub fn fit_ping(trace: &Trace<'_>, options: &PingOptions) -> Result<PingFit, Fau
     let fit = |noise: &Noise| judged_fit(trace, options, noise, least);
     let found = match fit(&noise) {
         // The pressure may wander slowly, by more than the quiet part shows.
-        Err(fault) if diagnosis::is_doubtful(&fault) || matches!(fault, Fault::Weak { .. }) => {
+        Err(fault) if diagnosis::is_doubtful(&fault) || matches!(fault, Fault::Weak(_)) => {
             let steady = |hz| noise.whitener.without_wander(hz, trace.rate_hz);
             let steady = diagnosis::loudest(trace, options).map(steady);
             steady.and_then(|whitener| fit(&Noise { whitener, ..noise }).ok()).ok_or(fault)
@@ -235,7 +235,7 @@ fn fit_whitened(
     let components = search.more_modes(early(from), &rough.components)?;
     let growth_rate = components[0].s.re;
     if growth_rate >= 0.0 {
-        return Err(Fault::NotDecaying { growth_rate });
+        return Err(Fault::NotDecaying(growth_rate));
     }
     let mode_hz = components[0].s.im / std::f64::consts::TAU;
     let until = quiet + whitener.order() + from;

@@ -84,7 +84,7 @@ impl Fitted {
     pub(super) fn judged(self, options: &PingOptions) -> Result<PingFit, Fault> {
         let s = self.solution.components[0].s;
         if s.re >= 0.0 {
-            return Err(Fault::NotDecaying { growth_rate: s.re });
+            return Err(Fault::NotDecaying(s.re));
         }
         let (from, to) = self.rows;
         let at = |row: usize| (self.offset + row) as f64 * self.step;

@@ -195,7 +195,7 @@ impl Search<'_> {
                     let main = (0..count)
                         .filter(|&k| in_band(components[k].s))
                         .max_by(|&a, &b| strength[a].total_cmp(&strength[b]))
-                        .ok_or(Fault::Weak { ratio: 0.0 })?;
+                        .ok_or(Fault::Weak(0.0))?;
                     components.swap(0, main);
                     return Ok(());
                 }

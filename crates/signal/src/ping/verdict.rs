@@ -130,7 +130,7 @@ pub(crate) fn signal(ratios: &[f64], silent_channels: bool) -> Result<(), Fault>
     sorted.sort_by(f64::total_cmp);
     let (median, best) = (sorted[sorted.len() / 2], sorted[sorted.len() - 1]);
     if best < 0.5 {
-        return Err(Fault::Weak { ratio: best });
+        return Err(Fault::Weak(best));
     }
     let quietest = ratios.iter().enumerate().min_by(|a, b| a.1.total_cmp(b.1));
     match quietest {

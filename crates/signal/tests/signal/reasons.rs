@@ -2,7 +2,7 @@
 
 use crate::driven::Driven;
 use crate::short::any;
-use rijke_signal::Fault;
+use rijke_signal::{Fault, Unstable};
 use std::f64::consts::TAU;
 
 type Harm = fn(&Driven, &mut Vec<Vec<f64>>, f64);
@@ -78,6 +78,41 @@ fn faults() -> Vec<(&'static str, Harm, Vec<f64>, Right)> {
             |fault| matches!(fault, Fault::NoSignal { channel: 1, .. } | Fault::OnlyHum { channel: 1, .. }),
         ),
         (
+            "a second mode that grows by itself",
+            |driven, record, share| {
+                let (off, top) = (driven.switched[0].1, largest(record));
+                // By a factor of three from the end of the forcing, to `share` of the loudest sample.
+                let growth = 3.0_f64.ln() / (driven.end - off);
+                let hz = 1.93 * driven.forcing_hz;
+                for (m, y) in record.iter_mut().enumerate() {
+                    for (n, v) in y.iter_mut().enumerate() {
+                        let t = n as f64 / driven.rate_hz;
+                        let size = share * top * (growth * (t - driven.end)).exp();
+                        *v += size * (0.4 + 0.3 * m as f64).cos() * (TAU * hz * t).cos();
+                    }
+                }
+            },
+            vec![0.1, 0.5],
+            |fault| matches!(fault, Fault::Unstable(Unstable::Another { .. })),
+        ),
+        (
+            "a limit cycle",
+            |driven, record, share| {
+                let top = largest(record);
+                for (m, y) in record.iter_mut().enumerate() {
+                    for (n, v) in y.iter_mut().enumerate() {
+                        let t = n as f64 / driven.rate_hz;
+                        *v += top
+                            * share
+                            * (0.4 + 0.3 * m as f64).cos()
+                            * (TAU * 1.01 * driven.forcing_hz * t).cos();
+                    }
+                }
+            },
+            vec![10.0],
+            |fault| matches!(fault, Fault::Unstable(Unstable::Oscillates { .. })),
+        ),
+        (
             "dropped samples",
             |driven, record, share| {
                 let from = ((driven.switched[0].1 + 0.3 / -driven.modes[0].0.re) * driven.rate_hz) as usize;
@@ -136,6 +171,8 @@ fn behaviour_every_fault_is_named() {
             // A quarter of a period that all channels lack may pass for a drift, four deviations off.
             let allowed = match name {
                 "a loudspeaker that leaks" => 2,
+                // Two of these records end 0.1 s after the forcing.
+                "a second mode that grows by itself" => 2,
                 "dropped samples" if size < 0.5 => 1,
                 _ => 0,
             };

@@ -21,6 +21,9 @@ pub struct HeatedFit {
     /// Every place of readings: m, how much they read more than the model on average, K, and the standard
     /// deviation of that by what is stated of readings and ambient temperature.
     pub thermometers: Vec<[f64; 3]>,
+    /// What all thermometers read too much as the fit has it, K, its standard deviation, and that before the
+    /// readings.
+    pub common: [f64; 3],
     /// How much all thermometers read more than T_amb where nothing heats, K, and the standard deviation of
     /// that but for what they have in common; none without such readings.
     pub offset: Option<[f64; 2]>,
@@ -53,17 +56,18 @@ impl HeatedFit {
             (weights > 0.0).then(|| [sum / weights, (1.0 / weights + ambient.powi(2)).sqrt()])
         };
         let offset = mean(&cold);
-        let common = offset.map_or(0.0, |[off, _]| off);
+        let beside = offset.map_or(0.0, |[off, _]| off);
         // Beyond what all have in common, as cold points tell it.
         let known = if offset.is_some() { 1.0 } else { 2.0_f64.sqrt() };
         let at = |at: &f64| {
             let [off, sd] = mean(&|r| r.at == *at)?;
-            Some([*at, off - common, sd.hypot(known * offset_sd)])
+            Some([*at, off - beside, sd.hypot(known * offset_sd)])
         };
         let [share, cooling] = [0, 1].map(|i| [found.values[i], found.covariance[(i, i)].sqrt()]);
         let thermometers = places(readings).iter().filter_map(at).collect();
         let (scatter, scatter_within) = (found.scatter, found.within);
-        Self { share, cooling, scatter, scatter_within, prior, thermometers, offset }
+        let common = [found.offset[0], found.offset[1], offset_sd];
+        Self { share, cooling, scatter, scatter_within, prior, thermometers, common, offset }
     }
 
     /// What does not fit, in words.
@@ -121,7 +125,13 @@ mod tests {
             let against = |r: &GasReading| Some([if r.at == 0.5 { off } else { 0.3 }, 0.2]);
             let covariance =
                 Matrix::from_fn(2, 2, |i, j| if i == j { [share[1], 1.0][i].powi(2) } else { 0.0 });
-            let found = Found { values: [share[0], 6.0], covariance, scatter: 0.01, within: [0.0, 0.02] };
+            let found = Found {
+                values: [share[0], 6.0],
+                covariance,
+                scatter: 0.01,
+                within: [0.0, 0.02],
+                offset: [0.0; 2],
+            };
             HeatedFit::new(&found, prior, &readings, against, |_| false, 0.0).warnings()
         };
         assert_eq!(warnings([0.85, 0.02], 0.4), Vec::<String>::new());

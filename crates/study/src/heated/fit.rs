@@ -29,6 +29,8 @@ pub(super) struct Found {
     pub(super) scatter: f64,
     /// Quantiles of tau: 2.5 and 97.5 %.
     pub(super) within: [f64; 2],
+    /// What all thermometers read too much, K, and its standard deviation.
+    pub(super) offset: [f64; 2],
 }
 
 /// Scale of the prior of tau. Meters of power are good to 1 % of the value, controllers of flow to 1 or 2 %,
@@ -58,6 +60,8 @@ struct Given {
     values: [f64; 2],
     covariance: [[f64; 2]; 2],
     ln_marginal: f64,
+    /// Mean and variance of b.
+    offset: [f64; 2],
 }
 
 /// What `readings` say of points, given means and standard deviations before them, and the standard deviation
@@ -106,7 +110,9 @@ pub(super) fn fit(
         });
         at.map_or(f64::NAN, |n| n.0)
     });
-    Ok(Found { values, covariance, scatter, within })
+    let offset = mean(&|_, g| g.offset[0]);
+    let variance = mean(&|_, g| g.offset[1] + (g.offset[0] - offset).powi(2));
+    Ok(Found { values, covariance, scatter, within, offset: [offset, variance.sqrt()] })
 }
 
 /// Laplace's method at one tau, from `values` on; none where numbers overflow.
@@ -128,7 +134,14 @@ fn given(groups: &Groups<'_>, tau: f64, prior: [[f64; 2]; 2], mut values: [f64; 
         if small || step == STEPS {
             let misfit: f64 = gram[OFF][OFF] + (0..2).map(|i| (off[i] * prior[i][1]).powi(2)).sum::<f64>();
             ln_marginal -= 0.5 * (misfit + det.ln());
-            return Some(Given { values, covariance, ln_marginal });
+            // Of b ~ N(0, s^2) given share and heat transfer, and their error through its slopes.
+            let variance = groups.offset_sd.powi(2);
+            let slope = [0, 1].map(|i| -variance * gram[OFFSET][i]);
+            let by_values: f64 =
+                (0..2).map(|i| (0..2).map(|j| slope[i] * covariance[i][j] * slope[j]).sum::<f64>()).sum();
+            let alone = variance - variance * variance * gram[OFFSET][OFFSET];
+            let offset = [variance * gram[OFFSET][OFF], alone.max(0.0) + by_values];
+            return Some(Given { values, covariance, ln_marginal, offset });
         }
         values = [values[0] + change[0], (values[1] + change[1]).max(0.0)];
     }

@@ -9,26 +9,72 @@ pub(super) struct Heated {
     pub(super) cause: Cause,
     /// kg/s.
     pub(super) mass_flow: f64,
-    /// Rise for eta = 1, K, and where.
+    /// Q/(m c_p) with c_p at the ambient temperature, K, and where.
     pub(super) rise: f64,
     pub(super) at: f64,
-    /// 1/m for h = 1.
+    /// Perimeter over m c_p, 1/m for h = 1.
     pub(super) cooling: f64,
+    /// How c_p grows with temperature above ambient: c_p over its ambient value, less 1, by powers 1 to 3 of
+    /// the excess in K.
+    pub(super) growth: [f64; 3],
 }
+
+/// Newton steps at most; a few give all digits.
+const STEPS: usize = 20;
 
 impl Heated {
     /// Temperature at `x` and its derivatives in eta and h.
+    ///
+    /// With the excess y over ambient and r(y) = c_p over its ambient value: int_0^y r = eta Q/(m c_p) at
+    /// the part, and dy/dx = -h P y/(m c_p r) behind it, so that q = y/y_0 has
+    /// int_1^q r(q y_0) dq/q = -h P x/(m c_p).
     pub(super) fn temperature(&self, x: f64, [eta, h]: [f64; 2]) -> [f64; 3] {
         if x <= self.at || self.rise == 0.0 {
             return [self.ambient[0], 0.0, 0.0];
         }
-        let d = x - self.at;
-        let decay = (-h * self.cooling * d).exp();
-        [
-            self.ambient[0] + eta * self.rise * decay,
-            self.rise * decay,
-            -eta * self.rise * self.cooling * d * decay,
-        ]
+        let first = self.excess(eta * self.rise);
+        let by_h = self.cooling * (x - self.at);
+        let q = self.left(first, h * by_h);
+        let excess = q * first;
+        let r = self.ratio(excess);
+        [self.ambient[0] + excess, self.rise * q / r, -by_h * excess / r]
+    }
+
+    /// c_p over its ambient value.
+    fn ratio(&self, excess: f64) -> f64 {
+        let [a, b, c] = self.growth;
+        1.0 + excess * (a + excess * (b + excess * c))
+    }
+
+    /// The excess whose enthalpy over the ambient c_p is `rise`.
+    fn excess(&self, rise: f64) -> f64 {
+        let [a, b, c] = self.growth;
+        let enthalpy = |y: f64| y * (1.0 + y * (a / 2.0 + y * (b / 3.0 + y * c / 4.0)));
+        let mut y = rise;
+        for _ in 0..STEPS {
+            let step = (enthalpy(y) - rise) / self.ratio(y);
+            y -= step;
+            if step.abs() <= 1e-12 * rise.abs() {
+                break;
+            }
+        }
+        y
+    }
+
+    /// The share of an excess that is left where a gas of constant c_p has exp(-`s`) of it.
+    fn left(&self, first: f64, s: f64) -> f64 {
+        let by = [1, 2, 3].map(|k| self.growth[k - 1] * first.powi(k as i32) / k as f64);
+        let mut ln = -s;
+        for _ in 0..STEPS {
+            let q = ln.exp();
+            let off = ln + s + (0..3).map(|k| by[k] * (q.powi(k as i32 + 1) - 1.0)).sum::<f64>();
+            let step = off / self.ratio(q * first);
+            ln -= step;
+            if step.abs() <= 1e-12 {
+                break;
+            }
+        }
+        ln.exp()
     }
 }
 

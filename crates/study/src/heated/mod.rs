@@ -1,10 +1,11 @@
 //! Gas that a part heats and the wall cools, in a forced flow that is a factor: the base states of all
 //! points from readings of thermometers.
 //!
-//! Upstream of the part the gas has the ambient temperature. There it rises by eta Q/(m c_p), and behind it
-//! falls as exp(-h P x/(m c_p)): a plug of gas in a duct of perimeter P whose wall stays at the ambient
-//! temperature (Incropera & DeWitt, Fundamentals of Heat and Mass Transfer, section 8.3). eta and h are one
-//! number each for all points, with the priors of `study.toml`; their error is shared by all. What the
+//! Upstream of the part the gas has the ambient temperature. There its enthalpy rises by eta Q/m, and behind
+//! it m c_p dT/dx = -h P (T - T_amb): a plug of gas in a duct of perimeter P whose wall stays at the ambient
+//! temperature (Incropera & DeWitt, Fundamentals of Heat and Mass Transfer, section 8.3), with the c_p of the
+//! rig's gas at every temperature. eta and h are one number each for all points, with the priors of
+//! `study.toml`; their error is shared by all. What the
 //! readings of a point differ by from that, beyond their own errors, is an error of its rise: that of
 //! meters of power and flow, and of gas that is not mixed. Its size is inferred too.
 //!
@@ -36,6 +37,9 @@ use std::path::Path;
 
 /// Part of the length within which a reading is one of a thermometer.
 const NEAR: f64 = 5e-3;
+
+/// No gas of a rig is hotter, K.
+const HOTTEST: f64 = 3000.0;
 
 /// Nodes of the profile behind the part.
 const NODES: usize = 16;
@@ -163,11 +167,18 @@ pub fn heated_states(
         if mass_flow < 0.0 || (watts > 0.0 && mass_flow <= 0.0) {
             return Ok(None);
         }
+        let expected = plan.share[0] * watts / (mass_flow * gas.specific_heat);
+        if watts > 0.0 && ambient[0] + expected > HOTTEST {
+            let key = format!("{} and {} of {}", plan.power, plan.flow, point.id);
+            let value = format!("{watts} W into {} m^3/s, which is {expected:.0} K", value(flow));
+            return Err(StudyProblem::Value { key, value, need: "gas below 3000 K: look after both units" });
+        }
         let perimeter = 2.0 * (std::f64::consts::PI * layout.areas(at)[1]).sqrt();
         let capacity = mass_flow * gas.specific_heat;
         let (rise, cooling) = if watts > 0.0 { (watts / capacity, perimeter / capacity) } else { (0.0, 0.0) };
         let cause = Cause::ambient(point);
-        Ok(Some(Heated { ambient, cause, mass_flow, rise, at, cooling }))
+        let growth = rig.gas.growth_of_heat_capacity(ambient[0]);
+        Ok(Some(Heated { ambient, cause, mass_flow, rise, at, cooling, growth }))
     };
     let heated = |p: usize| match (ambient[p], &layouts[p]) {
         (Some(ambient), Some(layout)) => heated_at(&campaign.points[p], ambient, layout),

@@ -10,16 +10,21 @@ use crate::rig::{Rig, RigAtPoint};
 /// Places nearer than this part of the length are one.
 const SAME: f64 = 1e-6;
 
+/// How far above ambient gas is heated, K, in standard deviations of a reading besides.
+const HEATED: [f64; 2] = [1.0, 4.0];
+
 /// The base states of all points: the temperature is linear between the readings of a point and constant
-/// beyond them; a point without readings has the `ambient` temperature. The flow is that of a factor, at
-/// the temperature of the inlet.
+/// beyond them. A point without readings has those of one with the same factors and the same ambient
+/// temperature, else the `ambient` temperature: unless all factors that are above zero at a point of heated
+/// gas are so here, for then its gas is not known. The flow is that of a factor, at the temperature of the
+/// inlet.
 ///
 /// The error of the reading at a place is one number for all points that have a reading there, and
 /// `offset_sd` one for all readings.
 ///
 /// # Errors
 /// A reading beyond the ducts, two at one place, a flow without unit. A point of which no temperature is
-/// known has no state.
+/// known, ambient or by readings, has no state.
 pub fn measured_states(
     rig: &Rig,
     campaign: &Campaign,
@@ -34,9 +39,11 @@ pub fn measured_states(
     places.sort_by(f64::total_cmp);
     places.dedup_by(|a, b| (*a - *b).abs() <= SAME);
     let thermometer = |at: f64| 1 + places.iter().take_while(|p| **p < at - SAME).count();
+    let known = Known::of(campaign, readings, ambient);
     let one = |p: usize| -> Result<Option<PointState>, StudyProblem> {
         let (point, Some(layout)) = (&campaign.points[p], &layouts[p]) else { return Ok(None) };
-        let mut read: Vec<&GasReading> = readings.iter().filter(|r| r.point == p).collect();
+        let Some(with) = known.readings_for(p) else { return Ok(None) };
+        let mut read: Vec<&GasReading> = readings.iter().filter(|r| r.point == with).collect();
         read.sort_by(|a, b| a.at.total_cmp(&b.at));
         let wrong = |value: String, need| {
             Err(StudyProblem::Value { key: format!("at of {}", point.id), value, need })
@@ -79,6 +86,47 @@ pub fn measured_states(
         Ok(Some(state))
     };
     (0..campaign.points.len()).map(one).collect()
+}
+
+/// At which points the gas was read, and at which of these it is heated.
+struct Known<'a> {
+    campaign: &'a Campaign,
+    ambient: &'a [Option<[f64; 2]>],
+    read: Vec<bool>,
+    heated: Vec<bool>,
+}
+
+impl<'a> Known<'a> {
+    fn of(campaign: &'a Campaign, readings: &[GasReading], ambient: &'a [Option<[f64; 2]>]) -> Self {
+        let (mut read, mut heated) = (vec![false; ambient.len()], vec![false; ambient.len()]);
+        for r in readings {
+            read[r.point] = true;
+            let above = HEATED[0].max(HEATED[1] * r.sd);
+            heated[r.point] |= ambient[r.point].is_none_or(|[t, _]| r.temperature > t + above);
+        }
+        Self { campaign, ambient, read, heated }
+    }
+
+    /// The point whose readings are those of point `p`; none where the gas of `p` must be heated, and was not
+    /// read.
+    fn readings_for(&self, p: usize) -> Option<usize> {
+        let factors = |p: usize| &self.campaign.points[p].factors;
+        let same = |a: f64, b: f64| a == b || (a.is_nan() && b.is_nan());
+        let like = |q: &usize| {
+            let alike = factors(*q).iter().zip(factors(p)).all(|(a, b)| same(*a, *b));
+            self.read[*q] && alike && self.ambient[*q].map(|t| t[0]) == self.ambient[p].map(|t| t[0])
+        };
+        let heats = |q: &usize| {
+            let all = factors(*q).iter().zip(factors(p));
+            self.heated[*q]
+                && all.into_iter().all(|(there, here)| *here > 0.0 || there.is_nan() || *there <= 0.0)
+        };
+        let points = || 0..self.read.len();
+        if self.read[p] {
+            return Some(p);
+        }
+        points().find(like).or_else(|| points().find(heats).is_none().then_some(p))
+    }
 }
 
 /// One of each thermometer, and what all read too much.

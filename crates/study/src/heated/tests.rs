@@ -2,9 +2,9 @@
 
 use super::fit::{Found, fit};
 use super::gas::{GasReading, Heated};
-use super::heated_states;
+use super::{heated_states, measured_states};
 use crate::base::{Cause, PointState, Sharing};
-use crate::plan::HeatedFlow;
+use crate::plan::{HeatedFlow, MeasuredGas};
 use crate::source::Source;
 use crate::{Campaign, Rig};
 use rand_distr::{Distribution, StandardNormal, StudentT};
@@ -21,6 +21,7 @@ fn heated(power: f64, flow: f64, day: &str) -> Heated {
         rise: power / (mass_flow * c_p),
         at: 0.3,
         cooling: 0.157 / (mass_flow * c_p),
+        growth: [1e-4, 2e-7, -1e-10],
     }
 }
 
@@ -206,7 +207,7 @@ fn coverage_of_the_gas_at_old_and_new_points() {
 #[test]
 fn coverage_of_thermometers_that_read_too_much() {
     for cold in [0, 6] {
-        let (mut held, mut sds) = (0.0, 0.0);
+        let (mut held, mut sds, mut of_offset) = (0.0, 0.0, 0.0);
         for seed in 0..300 {
             let stream = &mut Streams::new(seed).stream(&format!("heated/offset/{cold}"));
             let truth = [0, 1].map(|i| (PRIOR[i][0] + PRIOR[i][1] * normal(stream)).max(0.1));
@@ -229,8 +230,11 @@ fn coverage_of_thermometers_that_read_too_much() {
             let found = fit(&all.points, &all.readings, PRIOR, 1.5).unwrap();
             held += f64::from(u8::from(off(&found, &all, truth, 8).abs() < 1.96)) / 300.0;
             sds += found.covariance[(0, 0)].sqrt() / 300.0;
+            let [offset, sd] = found.offset;
+            of_offset += f64::from(u8::from((offset - common).abs() < 1.96 * sd)) / 300.0;
         }
-        println!("{cold} cold points: {held:.3} held, share to {sds:.4}");
+        println!("{cold} cold points: {held:.3} held, share to {sds:.4}, offset {of_offset:.3} held");
+        assert!((0.91..=0.99).contains(&of_offset), "{cold} cold points: {of_offset}");
         // Three standard errors below 95 %; what scatter is not excluded counts, so that none is covered too
         // often.
         assert!((0.91..=1.0).contains(&held), "{cold} cold points: {held}");
@@ -250,6 +254,42 @@ fn order_slopes_of_the_temperature_are_its_derivatives() {
         let central = (moved(1e-4) - moved(-1e-4)) / 2e-4;
         assert!((central - slopes[i]).abs() < 1e-6 * slopes[i].abs(), "{central} {}", slopes[i]);
     }
+}
+
+/// The enthalpy of the gas and its cooling by many small steps, in a gas whose heat capacity grows by a third.
+#[test]
+fn oracle_a_flame_heats_gas_whose_heat_capacity_grows() {
+    let gas = crate::rig::GasModel::Real(rijke_rig::Gas::air());
+    let c_p = |t: f64| gas.at(t, 101_325.0).specific_heat;
+    let (watts, mass_flow, perimeter, ambient) = (2500.0, 2e-3, 0.2, 291.0);
+    let [share, h] = [0.8, 25.0];
+    let capacity = mass_flow * c_p(ambient);
+    let heated = Heated {
+        ambient: [ambient, 0.1],
+        cause: Cause::Ambient(Sharing::All),
+        mass_flow,
+        rise: watts / capacity,
+        at: 0.2,
+        cooling: perimeter / capacity,
+        growth: gas.growth_of_heat_capacity(ambient),
+    };
+    let steps = 200_000;
+    let mut t = ambient;
+    for _ in 0..steps {
+        let half = t + 0.5 * share * watts / mass_flow / c_p(t) / f64::from(steps);
+        t += share * watts / mass_flow / c_p(half) / f64::from(steps);
+    }
+    let at_the_flame = heated.temperature(0.2 + 1e-12, [share, h])[0];
+    assert!((at_the_flame - t).abs() < 1e-6 * t, "{at_the_flame} for {t}");
+    // The rise with the c_p of the cold gas is 8 % more.
+    assert!((share * heated.rise / (t - ambient) - 1.0) > 0.08, "{t}");
+    let dx = 0.6 / f64::from(steps);
+    let slope = |t: f64| -h * perimeter * (t - ambient) / (mass_flow * c_p(t));
+    for _ in 0..steps {
+        t += dx * slope(t + 0.5 * dx * slope(t));
+    }
+    let behind = heated.temperature(0.8, [share, h])[0];
+    assert!((behind - t).abs() < 1e-6 * t, "{behind} for {t}");
 }
 
 /// A gauze that sits 10 um higher takes the rise of the gas along; one with more power makes it larger.
@@ -281,4 +321,27 @@ fn exact_the_gas_follows_a_factor_that_is_not_known_exactly() {
     }
     assert_eq!((rise(higher, 0.300_005), higher.errors.len()), (0.0, state.errors.len()));
     assert!(rise(state, 0.300_005) > 40.0);
+}
+
+/// A point without readings: at the factors of one that was read, cold, or of heat that nobody measured.
+#[test]
+fn exact_gas_that_was_not_read_is_ambient_only_where_nothing_heats() {
+    let source = |file: &str, text: &str| Source { file: file.into(), text: text.to_owned() };
+    let campaign = "point,x_g [m],Q1 [W],Q2 [W],flow [L/min],T_amb [K]\na,0.3,60,0,40,293\nb,0.3,0,30,40,293\n\
+                    again,0.3,60,0,40,293\nwarmer,0.3,60,0,40,299\ncold,0.3,0,0,40,293\nboth,0.3,60,45,40,293\n\
+                    more,0.3,90,0,40,293\n";
+    let campaign = Campaign::parse(&source("campaign.csv", campaign)).unwrap();
+    let rig = "name = \"tube\"\n[upstream]\ntype = \"free\"\n[downstream]\ntype = \"free\"\n[[element]]\nname = \"tube\"\n\
+               type = \"duct\"\nlength = 0.8\ndiameter = 0.05\n";
+    let rig = Rig::parse(&source("rig.toml", rig), &campaign).unwrap();
+    let plan = MeasuredGas { flow: Some("flow".into()), offset_sd: 0.0 };
+    let readings: Vec<GasReading> = [(0, 0.1, 293.2), (0, 0.6, 360.0), (1, 0.1, 293.0), (1, 0.6, 320.0)]
+        .map(|(point, at, temperature)| GasReading { point, at, temperature, sd: 0.5 })
+        .to_vec();
+    let ambient: Vec<_> = campaign.points.iter().map(|p| p.ambient).collect();
+    let layouts: Vec<_> = campaign.points.iter().map(|p| rig.at(p, 293.0).ok()).collect();
+    let states = measured_states(&rig, &campaign, &plan, &readings, &ambient, &layouts).unwrap();
+    let hottest = states.iter().map(|s| Some(s.as_ref()?.temperature.iter().copied().fold(0.0, f64::max)));
+    let expected = [Some(360.0), Some(320.0), Some(360.0), None, Some(293.0), None, None];
+    assert_eq!(hottest.collect::<Vec<_>>(), expected);
 }

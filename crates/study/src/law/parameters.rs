@@ -51,7 +51,10 @@ pub(crate) fn parameters(specs: Parameters, scope: &Scope) -> Outcome<Vec<(Param
             );
             return Err((at, StudyProblem::Toml(text)));
         }
-        let parameter = Parameter::new(name, symbol, unit, prior);
+        // `sec` is a second, by the name that formulas check.
+        let si = crate::campaign::si_text(&parsed);
+        let other_name = !of_a_power && !rijke_formula::is_unit(&unit) && rijke_formula::is_unit(&si);
+        let parameter = Parameter::new(name, symbol, if other_name { si } else { unit }, prior);
         // The checks on priors are those of the inference, where they are used.
         match rijke_inference::Parameters::new(vec![parameter.clone()]) {
             Ok(_) => Ok((parameter, at)),

@@ -41,6 +41,15 @@ impl GasModel {
         Some(Self::Perfect { gamma, constant, viscosity, prandtl })
     }
 
+    /// c_p at `temperature` (K) and y K above it, over that at `temperature`, less 1: factors of y, y^2, y^3.
+    #[must_use]
+    pub fn growth_of_heat_capacity(&self, temperature: f64) -> [f64; 3] {
+        let Self::Real(gas) = self else { return [0.0; 3] };
+        let ([c0, c1, c2, c3], t) = (gas.heat_capacity, temperature);
+        let here = c0 + t * (c1 + t * (c2 + t * c3));
+        [c1 + t * (2.0 * c2 + t * 3.0 * c3), c2 + 3.0 * t * c3, c3].map(|by| by / here)
+    }
+
     /// All properties at `temperature` (K) and `pressure` (Pa).
     #[must_use]
     pub fn at(&self, temperature: f64, pressure: f64) -> GasState {

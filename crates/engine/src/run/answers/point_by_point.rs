@@ -44,6 +44,8 @@ impl Run {
         let noise = Noise { law: self.law_of(stage, &one.noise, &done.choice)?, ..self.noise(&one.noise)? };
         let mut training = self.training(stage, noise, vec![known], super::super::Trusted::Laplace);
         (training.base_errors, training.channels) = (one.base_errors, None);
+        // Nothing stands on one point: its errors are covariance.
+        (training.assemblies, training.causes) = (Vec::new(), Vec::new());
         // The one that brings a role of its own; the others take the places of those that the stage has.
         let free = own.iter().find(|c| !done.choice.contains_key(&c.role)).or(own.first());
         let place = assembly.candidates().iter().position(|c| free.is_some_and(|o| o.id == c.id));

@@ -1,0 +1,142 @@
+//! Of which files a folder of results was made, and which of them are others now.
+
+use crate::failure::{Classify, Failure};
+use crate::ui::Ui;
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    fs, io,
+    path::Path,
+};
+
+/// The digest of each file, by its path below the folder that holds them all: SHA-256, of which the first
+/// 64 bits are kept.
+#[derive(Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct MadeOf(BTreeMap<String, String>);
+
+impl MadeOf {
+    /// Name of the file that says so, in the folder that was made.
+    pub(crate) const FILE: &str = "made_of.json";
+
+    /// All files of a folder of records but observations in it.
+    fn records(folder: &Path) -> io::Result<Self> {
+        Self::of(folder, &|path| !path.starts_with("observations/"))
+    }
+
+    /// What a ranking reads of a study: every table and TOML file, but no records and no results.
+    fn study(dir: &Path) -> io::Result<Self> {
+        Self::of(dir, &|path| {
+            let outside = ["records/", "results/"].iter().all(|made| !path.starts_with(made));
+            let read = ["toml", "csv", "json"].iter().any(|ending| path.ends_with(&format!(".{ending}")));
+            outside && read && !path.ends_with(Self::FILE)
+        })
+    }
+
+    fn of(folder: &Path, wanted: &dyn Fn(&str) -> bool) -> io::Result<Self> {
+        let mut all = BTreeMap::new();
+        add(folder, "", wanted, &mut all)?;
+        Ok(Self(all))
+    }
+
+    /// Says in `made` that it was made of the records in `folder`.
+    pub(crate) fn write_of_records(folder: &Path, made: &Path) -> Result<(), Failure> {
+        Self::records(folder).or_bad_input().map_err(|f| f.at(folder))?.write(made)
+    }
+
+    /// Says in `made` that it was made of the study in `dir`.
+    pub(crate) fn write_of_study(dir: &Path, made: &Path) -> Result<(), Failure> {
+        Self::study(dir).or_bad_input().map_err(|f| f.at(dir))?.write(made)
+    }
+
+    fn write(&self, made: &Path) -> Result<(), Failure> {
+        let path = made.join(Self::FILE);
+        let text = serde_json::to_string_pretty(self).or_failed()?;
+        rijke_numerics::write_whole(&path, text.as_bytes()).or_failed().map_err(|f| f.at(&path))
+    }
+
+    /// The files that are not what they were, those that came and those that went; none where nothing says
+    /// what `made` was made of.
+    fn changed(made: &Path, now: impl Fn() -> io::Result<Self>) -> Vec<String> {
+        let before = rijke_numerics::read_text(&made.join(Self::FILE)).ok();
+        let before = before.and_then(|text| serde_json::from_str::<Self>(&text).ok());
+        let (Some(Self(before)), Ok(Self(now))) = (before.filter(|_| made.is_dir()), now()) else {
+            return Vec::new();
+        };
+        let names: BTreeSet<&String> = before.keys().chain(now.keys()).collect();
+        names.into_iter().filter(|name| before.get(*name) != now.get(*name)).cloned().collect()
+    }
+}
+
+/// The records that changed since DIR/observations was made of DIR/records.
+pub(crate) fn changed_records(dir: &Path) -> Vec<String> {
+    let records = dir.join("records");
+    if !records.is_dir() {
+        return Vec::new();
+    }
+    MadeOf::changed(&dir.join("observations"), || MadeOf::records(&records))
+}
+
+/// The files of a study that changed since DIR/results was made of it.
+pub(crate) fn changed_study(dir: &Path) -> Vec<String> {
+    MadeOf::changed(&dir.join("results"), || MadeOf::study(dir))
+}
+
+/// Warns of observations that are of other records.
+pub(crate) fn warn_of_records(dir: &Path, ui: &Ui) {
+    let changed = changed_records(dir);
+    if !changed.is_empty() {
+        ui.note(format!(
+            "warning: {} is not of these records: {} changed since; process them again, with --force",
+            dir.join("observations").display(),
+            few(&changed)
+        ));
+    }
+}
+
+/// Warns of results that are of another study.
+pub(crate) fn warn_of_study(dir: &Path, ui: &Ui) {
+    warn_of_records(dir, ui);
+    let changed = changed_study(dir);
+    if !changed.is_empty() {
+        ui.note(format!(
+            "warning: {} is not of these files: {} changed since; rank again, with --force",
+            dir.join("results").display(),
+            few(&changed)
+        ));
+    }
+}
+
+/// The first of several names.
+pub(crate) fn few(names: &[String]) -> String {
+    const SHOWN: usize = 4;
+    let more = if names.len() > SHOWN { format!(" and {} more", names.len() - SHOWN) } else { String::new() };
+    names.iter().take(SHOWN).map(String::as_str).collect::<Vec<_>>().join(", ") + &more
+}
+
+/// Adds the files of a folder whose path below the first one is `wanted`, but hidden ones.
+fn add(
+    folder: &Path,
+    below: &str,
+    wanted: &dyn Fn(&str) -> bool,
+    all: &mut BTreeMap<String, String>,
+) -> io::Result<()> {
+    for entry in fs::read_dir(folder)? {
+        let entry = entry?;
+        let name = entry.file_name().to_string_lossy().into_owned();
+        if name.starts_with('.') {
+            continue;
+        }
+        let (path, shown) = (entry.path(), format!("{below}{name}"));
+        let kind = fs::metadata(&path)?;
+        if kind.is_dir() && wanted(&format!("{shown}/x.csv")) {
+            add(&path, &format!("{shown}/"), wanted, all)?;
+        } else if kind.is_file() && wanted(&shown) {
+            let mut hasher = Sha256::new();
+            io::copy(&mut fs::File::open(&path)?, &mut hasher)?;
+            let digest = hasher.finalize().iter().take(8).map(|byte| format!("{byte:02x}")).collect();
+            all.insert(shown, digest);
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,90 @@
+//! Rigs that sound by themselves, so that no decay can be measured.
+
+use super::{ALIKE, BESIDE, SPAN, Whole};
+use crate::Fault;
+
+/// What a rig does by itself.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum Unstable {
+    /// A mode beside the wanted one grows.
+    #[error(
+        "another mode grows by itself when the loudspeaker is off: near {frequency_hz:.0} Hz, at about {growth_rate:.1} 1/s. The rig is unstable \
+         there, and no decay can be measured beside it: leave this point out, or damp that mode"
+    )]
+    Another {
+        /// Its frequency, Hz.
+        frequency_hz: f64,
+        /// Its growth rate, to some tens of per cent, 1/s.
+        growth_rate: f64,
+    },
+    /// A tone is as loud from the first sample to the last.
+    #[error(
+        "a tone at {frequency_hz:.1} Hz is as loud before the forcing and at the end of the record as within it: the rig oscillates by itself, \
+         or the loudspeaker is never off. No decay can be measured there; the frequency of a limit cycle goes into modes.csv, without a growth rate"
+    )]
+    Oscillates {
+        /// Its frequency, Hz.
+        frequency_hz: f64,
+    },
+}
+
+/// Stretches in which a mode is seen to grow, by what factor in all, how clearly (slope of ln amplitude over
+/// its standard deviation), and up to what frequency one is sought, Hz.
+const GROWING: usize = 5;
+const GROWN: f64 = 1.3;
+const SURELY: f64 = 6.0;
+const HIGHEST: f64 = 5000.0;
+impl Whole<'_> {
+    /// The loudest tone of the record, which is alike at its beginning, its end and its loudest moment, and is
+    /// no hum.
+    pub(super) fn by_itself(&self) -> Option<Fault> {
+        let (white, frequency_hz) = (self.white(), self.loudest_hz);
+        let [first, loudest, last] =
+            [0, self.from, white.rows().checked_sub(self.span)?].map(|row| self.size(row, frequency_hz));
+        let mains_hz = self.options.mains_hz;
+        let hum = (frequency_hz - (frequency_hz / mains_hz).round() * mains_hz).abs() < BESIDE;
+        let alike = |size: f64| loudest - size < ALIKE * loudest;
+        (alike(first) && alike(last) && !hum).then_some(Unstable::Oscillates { frequency_hz }.into())
+    }
+
+    /// The strongest tone beside the wanted mode at the end of the record, if it has grown since the loudest
+    /// stretch: ln of its amplitude against time, by least squares over stretches that overlap by half.
+    pub(super) fn growing(&self) -> Option<Fault> {
+        let (white, span) = (self.white(), self.span);
+        let last = white.rows().checked_sub(span)?;
+        let step_hz = 0.5 / SPAN;
+        let highest = (HIGHEST.min(0.45 * self.trace.rate_hz) / step_hz) as usize;
+        let beside = |f: &f64| (f - self.loudest_hz).abs() > 2.0 / SPAN;
+        let (_, frequency_hz) = (4..highest)
+            .map(|k| k as f64 * step_hz)
+            .filter(beside)
+            .map(|f| (self.size(last, f), f))
+            .max_by(|a, b| a.0.total_cmp(&b.0))?;
+        let rows = (self.from + span..=last).step_by((span / 2).max(1));
+        let sizes: Vec<f64> = rows.map(|row| self.size(row, frequency_hz).ln()).collect();
+        if sizes.len() < GROWING {
+            return None;
+        }
+        let (slope, sd) = slope(&sizes);
+        let clear = slope > SURELY * sd && slope * (sizes.len() - 1) as f64 > GROWN.ln();
+        let growth_rate = slope * self.trace.rate_hz / (span / 2) as f64;
+        clear.then_some(Unstable::Another { frequency_hz, growth_rate }.into())
+    }
+
+    /// Amplitude of a tone over all channels, in the stretch that begins at `row`.
+    fn size(&self, row: usize, frequency_hz: f64) -> f64 {
+        let channels = 0..self.white().channels;
+        channels.map(|m| self.tone(row, m, frequency_hz).powi(2)).sum::<f64>().sqrt()
+    }
+}
+
+/// Slope per step of equally spaced numbers, by least squares, and its standard deviation.
+fn slope(values: &[f64]) -> (f64, f64) {
+    let n = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    let middle = 0.5 * (n - 1.0);
+    let squares = n * (n * n - 1.0) / 12.0;
+    let slope = values.iter().enumerate().map(|(k, v)| (k as f64 - middle) * v).sum::<f64>() / squares;
+    let left = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() - slope * slope * squares;
+    (slope, (left.max(0.0) / (n - 2.0) / squares).sqrt())
+}
