@@ -128,19 +128,24 @@ fn numbers(model: &ResponseModelRecord) -> String {
     };
     let noise =
         model.noise.iter().filter(|n| n.floats).map(|n| cells(&n.name, format!("{:.3e}", n.sd), &n.unit));
-    let (own, channels) = model.parameters.split_at(model.parameters.len().saturating_sub(model.channels));
+    let (own, errors, channels) = model.by_kind();
     let table = |what: &str, rows: String| {
         format!(
             "<div class=\"wide\" tabindex=\"0\"><table><thead><tr><th>{what}</th><th>value</th><th>unit</th></tr></thead><tbody>\n\
              {rows}</tbody></table></div>\n"
         )
     };
-    let first = table("parameter, or size of an error", of(own) + &noise.collect::<String>());
-    if channels.is_empty() {
-        return first;
+    let mut all = table("parameter, or size of an error", of(own) + &noise.collect::<String>());
+    for (summary, what, list) in [
+        ("Errors of factors and temperatures, in their stated standard deviations", "error", errors),
+        ("Delays and gains of the channels", "channel", channels),
+    ] {
+        if !list.is_empty() {
+            let table = table(what, of(list));
+            all += &format!("<details><summary>{summary}</summary>{table}</details>\n");
+        }
     }
-    let table = table("channel", of(channels));
-    format!("{first}<details><summary>Delays and gains of the channels</summary>{table}</details>\n")
+    all
 }
 
 /// Modulus measured and modelled, and what is left.

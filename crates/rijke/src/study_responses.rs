@@ -219,9 +219,18 @@ fn table(ui: &Ui, stage: &ResponseStageRecord) {
         ui.say("  what the best model leaves is not noise: its lead is too sure");
     }
     if let Some(model) = models.first() {
-        for p in &model.parameters {
+        let (own, errors, channels) = model.by_kind();
+        let told = errors.iter().filter(|p| !p.is_as_before());
+        for p in own.iter().chain(told).chain(channels) {
             ui.say(format!("      {} = {}", p.name, number::quantity(p.value, p.sd, &p.unit)));
             warn_of_prior(ui, p);
+        }
+        let untold = errors.iter().filter(|p| p.is_as_before()).count();
+        if untold > 0 {
+            ui.say(format!(
+                "      {untold} stated {} counted, of which these data tell nothing",
+                if untold == 1 { "error is" } else { "errors are" }
+            ));
         }
         for n in model.noise.iter().filter(|n| n.floats) {
             let unit = if n.unit == "1" { "" } else { &n.unit };

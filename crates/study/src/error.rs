@@ -242,7 +242,9 @@ pub enum StudyProblem {
     },
     /// Errors of pressures that are smaller than those of the channels alone.
     #[error(
-        "the stated errors of the pressures of {of} are smaller than what channels.toml alone leaves ({what}): they must contain it, at the pressures that          were measured, as those that `rijke process` writes do. If they hold only how measurements repeat, write `contained = false` in channels.toml, which          adds it"
+        "the stated errors of the pressures of {of} are smaller than what channels.toml alone leaves ({what}): they must contain it, at the pressures that \
+         were measured, as those that `rijke process` writes do. If they hold only how measurements repeat, write `contained = false` in channels.toml, which \
+         adds it"
     )]
     ChannelsAlone {
         /// The operating point.

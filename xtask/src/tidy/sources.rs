@@ -19,6 +19,7 @@ pub(super) fn check(files: &[File]) -> Vec<Complaint> {
     complaints.extend(sources.iter().filter_map(|f| check_front_page(f, files)));
     complaints.extend(sources.iter().flat_map(|f| unbounded_reads(f)));
     complaints.extend(sources.iter().flat_map(|f| wide_comments(f)));
+    complaints.extend(sources.iter().flat_map(|f| gaps(f)));
     complaints
 }
 
@@ -116,6 +117,25 @@ fn wide_comments(File { path, text }: &File) -> Vec<Complaint> {
     complaints
 }
 
+/// A run of so many blanks within a text was a break of its line.
+const GAP: &str = "        ";
+
+/// Texts whose lines were joined without their margins: they are printed with a gap.
+fn gaps(File { path, text }: &File) -> Vec<Complaint> {
+    let words = |part: &str, last: bool| {
+        let c = if last { part.chars().next_back() } else { part.trim_start().chars().next() };
+        c.is_some_and(|c| c.is_alphanumeric() || ",;:.".contains(c))
+    };
+    let has_gap = |line: &str| {
+        let line = line.trim();
+        !line.starts_with("//")
+            && line.split_once(GAP).is_some_and(|(before, after)| words(before, true) && words(after, false))
+    };
+    let printed = path.starts_with("crates/") && path.contains("/src/");
+    let lines = (1..).zip(text.lines()).filter(|(_, line)| printed && has_gap(line));
+    lines.map(|(k, _)| format!("{path}:{k}: a text with a gap, end its line with a backslash")).collect()
+}
+
 /// A file under `src` that no `mod` line of its parent names is not compiled, however good it looks.
 fn unused_files(file: &File, sources: &[&File], paths: &BTreeSet<&str>) -> Option<Complaint> {
     let (root, inside) = file.path.split_once("/src/")?;
@@ -150,6 +170,14 @@ mod tests {
         let wide = "word ".repeat(23);
         assert!(complaints(&format!("//! What.\n    /// {wide}\n")).contains("main.rs:2: a comment of"));
         assert_eq!(complaints(&format!("//! What.\n//! ```\n//! {wide}\n//! ```\n")), "");
+    }
+
+    #[test]
+    fn behaviour_gaps_in_texts_are_complained_of() {
+        let text =
+            |gap: &str| format!("//! What.\nfn f() {{\n        say(\"one thing:{gap}another\");\n}}\n");
+        assert!(complaints(&text(GAP)).contains("main.rs:3: a text with a gap"));
+        assert_eq!(complaints(&text(" ")), "");
     }
 
     #[test]

@@ -2,6 +2,7 @@
 //! deviation beside it.
 
 use super::data::Blocks;
+use super::errors::Errors;
 use super::head::Heard;
 use super::predict::{Responses, Told};
 use super::record::{ForeseenModel, ResponseForesight};
@@ -35,15 +36,18 @@ impl ResponseRun {
         for stage in &self.study.plan.responses {
             let data = Selected::new(&self.study, &self.observed, stage)?;
             let rows = rows_of(&self.study, stage, &chosen);
+            let stated = Errors::of(&self.study, &data.points, &[])?.parameters();
             let mut models = Vec::new();
             for row in &rows {
                 let (assembly, errors) = self.assembled(stage, row)?;
                 enough(stage, row, &assembly, &data)?;
                 let responses = self.models(stage, &assembly, &data)?;
-                let parameters =
-                    responses.channels.prior(unlearned(&assembly, &responses.channels)?, &none)?;
+                let parameters = responses.channels.prior(unlearned(&assembly, &responses)?, &none)?;
                 let id = row.id();
-                let (widths, remark) = match widths(stage, &data, &parameters, &responses, &errors) {
+                let about = |values: &[f64]| self.about(&assembly, &data, &responses, values);
+                let of =
+                    Model { parameters: &parameters, responses: &responses, errors: &errors, about: &about };
+                let (widths, remark) = match widths(stage, &data, &of) {
                     Ok(widths) => (widths, None),
                     Err(error) => (Vec::new(), Some(error.to_string())),
                 };
@@ -57,6 +61,7 @@ impl ResponseRun {
                 numbers: data.numbers(),
                 of: data.rows.iter().sum(),
                 noise: taken(&stage.noise, NOISE),
+                errors: stated.into_iter().map(|p| p.name).collect(),
                 models,
             });
         }
@@ -73,16 +78,25 @@ fn taken(sd: &SdSpec, floated: f64) -> f64 {
     }
 }
 
+/// A model of a stage.
+struct Model<'a, 'r> {
+    parameters: &'a Parameters,
+    responses: &'a Responses<'r>,
+    /// Errors of its head.
+    errors: &'a [ErrorTerm],
+    /// The responses, with the errors of what is stated taken about values of all parameters.
+    about: &'a dyn Fn(&[f64]) -> Result<Responses<'r>, EngineError>,
+}
+
 fn widths(
     stage: &ResponseStage,
     data: &Selected,
-    parameters: &Parameters,
-    responses: &Responses<'_>,
-    errors: &[ErrorTerm],
+    model: &Model<'_, '_>,
 ) -> Result<Vec<(String, f64)>, EngineError> {
+    let Model { parameters, responses, .. } = model;
     let fixed = |sd: &SdSpec, floated: f64| SdSpec::Fixed(taken(sd, floated));
     let errors: Vec<ErrorTerm> =
-        errors.iter().map(|term| ErrorTerm { sd: fixed(&term.sd, HEAD), ..term.clone() }).collect();
+        model.errors.iter().map(|term| ErrorTerm { sd: fixed(&term.sd, HEAD), ..term.clone() }).collect();
     let noise = fixed(&stage.noise, NOISE);
     let misfit = stage.misfit.clone().map(|m| {
         let length_hz = fixed(&m.length_hz, 100.0);
@@ -93,23 +107,24 @@ fn widths(
     for beside in [0.0, 0.5, -0.5] {
         let z = parameters.from_standard_normal(&vec![beside; parameters.len()]);
         let values = parameters.physical(&z);
-        let found = widths_at(data, &errors, &noise, misfit.as_ref(), responses, parameters, &values)?;
+        let there = if responses.errors.is_none() { None } else { Some((model.about)(&values)?) };
+        let at = Model { responses: there.as_ref().unwrap_or(responses), errors: &errors, ..*model };
+        let found = widths_at(data, &noise, misfit.as_ref(), &at, &values)?;
         least.iter_mut().zip(found).for_each(|(least, w)| *least = least.min(w));
     }
-    // What the channels do is not asked for here.
+    // What the channels do, and what errors of the campaign are, is not asked for here.
     Ok(parameters.list().iter().map(|p| p.name.clone()).zip(least).take(responses.own).collect())
 }
 
 /// Standard deviations that the responses leave at `values`, over those of the priors.
 fn widths_at(
     data: &Selected,
-    errors: &[ErrorTerm],
     noise: &SdSpec,
     misfit: Option<&MisfitSpec>,
-    responses: &Responses<'_>,
-    parameters: &Parameters,
+    model: &Model<'_, '_>,
     values: &[f64],
 ) -> Result<Vec<f64>, EngineError> {
+    let Model { parameters, responses, errors, .. } = *model;
     let answers = responses.answers(values, Order::Value)?;
     let about: Vec<Vec<_>> = answers.iter().map(|a| a.iter().map(Jet::value).collect()).collect();
     let mut heard = Heard::about_data(&data.measured, errors, about.clone())?;

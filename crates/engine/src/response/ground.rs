@@ -9,8 +9,8 @@ use crate::run::EvidenceRecord;
 use crate::{EngineError, NamedGaussian};
 use rijke_inference::{Maximum, NoiseEstimate};
 use rijke_numerics::Matrix;
-use rijke_study::Study;
 use rijke_study::responses::ResponseKind;
+use rijke_study::{Cause, Study};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -71,6 +71,8 @@ pub(super) struct GroundMaximum {
 pub(super) struct Learned {
     /// The best maximum of the posterior.
     pub(super) known: NamedGaussian,
+    /// The causes of error among its parameters.
+    pub(super) causes: Vec<Cause>,
     /// Its share of the evidence of all, 0..1.
     pub(super) share: f64,
     /// The others.
@@ -101,7 +103,7 @@ impl Ground {
     /// Of a stage and what was learned of each of its models, in its order; `assumes` are what it stands on.
     pub(super) fn of(stage: &ResponseStageRecord, found: Vec<Option<Learned>>, assumes: Vec<String>) -> Self {
         let model = |(m, found): (&ResponseModelRecord, Option<Learned>)| {
-            let Learned { known, share, beside, law } = found?;
+            let Learned { known, share, beside, law, .. } = found?;
             let n = known.names.len();
             Some(GroundModel {
                 id: m.id.clone(),

@@ -2,9 +2,11 @@
 //! places, seen through a measuring head whose errors are integrated over, or heard by microphones while
 //! sources of unknown strength drive it.
 
+mod about;
 mod aliases;
 mod channels;
 mod data;
+mod errors;
 mod foresight;
 mod ground;
 mod head;

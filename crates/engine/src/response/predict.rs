@@ -1,10 +1,11 @@
 //! What response models predict, as a forward model of an inference.
 
 use super::channels::Channels;
+use super::errors::Errors;
 use super::head::Heard;
 use super::measured::{Measured, sessions};
-use crate::EngineError;
 use crate::shape::{Filled, LawOf, ShapeModel};
+use crate::{Assembly, Conditions, EngineError};
 use rayon::prelude::*;
 use rijke_inference::{Forward, ForwardError, Prediction};
 use rijke_network::{Source, Workspace};
@@ -26,12 +27,33 @@ pub(super) struct Load<'a> {
 #[derive(Clone, Debug)]
 pub(super) struct Responses<'a> {
     pub(super) loads: Vec<Load<'a>>,
-    /// Parameters of the model; those of the channels come behind them.
+    /// Parameters of the model; those of errors, then those of the channels come behind them.
     pub(super) own: usize,
+    pub(super) errors: Errors,
     pub(super) channels: Channels,
 }
 
-impl Load<'_> {
+impl<'a> Load<'a> {
+    /// A response under these conditions.
+    ///
+    /// # Errors
+    /// Those of [`ShapeModel::new`], and propagation constants that other waves than those of sources have.
+    pub(super) fn new(
+        assembly: &'a Assembly,
+        conditions: &Conditions,
+        what: &ResponseKind,
+        frequency_hz: &[f64],
+    ) -> Result<Self, EngineError> {
+        let sources = if let ResponseKind::Pressure { sources, .. } = what { sources.len() } else { 0 };
+        assembly.waves_for(sources, &conditions.layout)?;
+        Ok(Self {
+            point: conditions.id.clone(),
+            model: ShapeModel::new(assembly, conditions, &conditions.layout.microphones)?,
+            what: what.clone(),
+            frequency_hz: frequency_hz.to_vec(),
+        })
+    }
+
     /// The response at every frequency, with derivatives in the free parameters and s.
     pub(super) fn answer(&self, values: &[f64], order: Order) -> Result<Vec<Jet>, EngineError> {
         self.each(values, order, |filled, s, order, work| self.at(filled, s, order, work))
@@ -121,59 +143,68 @@ impl Load<'_> {
 }
 
 impl Responses<'_> {
-    /// All parameters, those of the channels among them.
+    /// All parameters, those of errors and of the channels among them.
     pub(super) fn parameters(&self) -> usize {
-        self.own + self.channels.parameters.len()
+        self.own + self.errors.causes.len() + self.channels.parameters.len()
     }
 
-    /// All answers as the channels give them, load after load. With unknown sources: at each frequency what
-    /// every one of them makes.
+    /// All answers with the errors, as the channels give them, load after load. With unknown sources: at each
+    /// frequency what every one of them makes.
     pub(super) fn answers(&self, values: &[f64], order: Order) -> Result<Vec<Vec<Jet>>, EngineError> {
-        let (own, errors) = values.split_at(self.own);
-        let clear = self.clear(own, order)?;
-        if errors.is_empty() {
-            return Ok(clear);
+        let (own, rest) = values.split_at(self.own);
+        let (errors, channels) = rest.split_at(self.errors.causes.len());
+        let mut answers = clear(&self.loads, own, order)?;
+        if !errors.is_empty() {
+            for (load, answers) in answers.iter_mut().enumerate() {
+                *answers = self.errors.with(load, answers, own.len(), errors);
+            }
         }
+        if channels.is_empty() {
+            return Ok(answers);
+        }
+        let before = own.len() + errors.len();
         let of_load = |(load, answers): (usize, &Vec<Jet>)| {
             let frequencies = &self.loads[load].frequency_hz;
             let sources = answers.len() / frequencies.len().max(1);
             let at = |(k, answer): (usize, &Jet)| {
-                self.channels.heard(load, frequencies[k / sources.max(1)], answer, own.len(), errors)
+                self.channels.heard(load, frequencies[k / sources.max(1)], answer, before, channels)
             };
             answers.iter().enumerate().map(at).collect()
         };
-        Ok(clear.iter().enumerate().map(of_load).collect())
+        Ok(answers.iter().enumerate().map(of_load).collect())
     }
+}
 
-    fn clear(&self, values: &[f64], order: Order) -> Result<Vec<Vec<Jet>>, EngineError> {
-        // What one source makes at all microphones is one answer of the rig, whatever the excitation.
-        let mut known: Vec<(&Load<'_>, Vec<Vec<Vec<Jet>>>)> = Vec::new();
-        let mut all = Vec::with_capacity(self.loads.len());
-        for load in &self.loads {
-            let ResponseKind::Pressure { microphone, sources, .. } = &load.what else {
-                all.push(load.answer(values, order)?);
-                continue;
-            };
-            let of = |(other, _): &&(&Load<'_>, _)| {
-                let same =
-                    matches!(&other.what, ResponseKind::Pressure { sources: known, .. } if known == sources);
-                same && other.point == load.point && other.frequency_hz == load.frequency_hz
-            };
-            let found = match known.iter().position(|k| of(&k)) {
-                Some(found) => found,
-                None => {
-                    known.push((load, load.made(values, sources, order)?));
-                    known.len() - 1
-                }
-            };
-            let place = load.model.microphones[*microphone];
-            let at = |made: &Vec<Vec<Jet>>| {
-                made.iter().map(move |by_place| by_place[place].clone()).collect::<Vec<_>>()
-            };
-            all.push(known[found].1.iter().flat_map(at).collect());
-        }
-        Ok(all)
+/// The answers of loads without errors, load after load; with unknown sources at each frequency what every
+/// one of them makes.
+pub(super) fn clear(loads: &[Load<'_>], values: &[f64], order: Order) -> Result<Vec<Vec<Jet>>, EngineError> {
+    // What one source makes at all microphones is one answer of the rig, whatever the excitation.
+    let mut known: Vec<(&Load<'_>, Vec<Vec<Vec<Jet>>>)> = Vec::new();
+    let mut all = Vec::with_capacity(loads.len());
+    for load in loads {
+        let ResponseKind::Pressure { microphone, sources, .. } = &load.what else {
+            all.push(load.answer(values, order)?);
+            continue;
+        };
+        let of = |(other, _): &&(&Load<'_>, _)| {
+            let same =
+                matches!(&other.what, ResponseKind::Pressure { sources: known, .. } if known == sources);
+            same && other.point == load.point && other.frequency_hz == load.frequency_hz
+        };
+        let found = match known.iter().position(|k| of(&k)) {
+            Some(found) => found,
+            None => {
+                known.push((load, load.made(values, sources, order)?));
+                known.len() - 1
+            }
+        };
+        let place = load.model.microphones[*microphone];
+        let at = |made: &Vec<Vec<Jet>>| {
+            made.iter().map(move |by_place| by_place[place].clone()).collect::<Vec<_>>()
+        };
+        all.push(known[found].1.iter().flat_map(at).collect());
     }
+    Ok(all)
 }
 
 /// What the head tells of all responses, as far as its errors are known: the forward model of a training.

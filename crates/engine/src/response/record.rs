@@ -53,6 +53,8 @@ pub struct ResponseForesight {
     pub of: usize,
     /// The standard deviation that was taken for the noise.
     pub noise: f64,
+    /// The errors of factors and temperatures that count.
+    pub errors: Vec<String>,
     /// The models, in the order of the table.
     pub models: Vec<ForeseenModel>,
 }
@@ -79,6 +81,9 @@ pub struct ResponseModelRecord {
     pub candidates: BTreeMap<String, String>,
     /// The model's parameters.
     pub parameters: Vec<TrainedParameter>,
+    /// How many of these, before those of channels, are errors of what the campaign and the rig state.
+    #[serde(default)]
+    pub errors: usize,
     /// How many of these, the last, are delays and gains of channels.
     #[serde(default)]
     pub channels: usize,
@@ -128,6 +133,15 @@ impl ForeseenModel {
 }
 
 impl ResponseModelRecord {
+    /// The parameters of the model, the errors of what the campaign and the rig state, and those of the
+    /// channels.
+    #[must_use]
+    pub fn by_kind(&self) -> (&[TrainedParameter], &[TrainedParameter], &[TrainedParameter]) {
+        let (rest, channels) = self.parameters.split_at(self.parameters.len().saturating_sub(self.channels));
+        let (own, errors) = rest.split_at(rest.len().saturating_sub(self.errors));
+        (own, errors, channels)
+    }
+
     /// ln of the evidence; -inf if there is none.
     #[must_use]
     pub fn ln_evidence(&self) -> f64 {

@@ -3,6 +3,8 @@
 use super::head::Rest;
 use super::measured::Measured;
 use rijke_numerics::C64;
+use rijke_study::plan::SdSpec;
+use rijke_study::responses::ResponseStage;
 
 /// What is left of a training. Every residual counts by the standard deviation that noise, misfit and what
 /// was measured of it have together: one of loud numbers says nothing of quiet ones.
@@ -57,6 +59,25 @@ pub(super) fn left(measured: &[Measured], heard: Vec<Vec<C64>>, rest: Rest<'_>) 
         ratio_sd: 1.0 / (4.0 * count).sqrt(),
         beyond_stated: measured.iter().all(|m| m.sd.len() == m.values.len()).then(|| (stated / count).sqrt()),
     }
+}
+
+/// What is said of residuals that are larger than expected.
+pub(super) fn too_large(stage: &ResponseStage, left: &Left) -> String {
+    let (what, remedy) = if matches!(stage.noise, SdSpec::Fixed(_)) {
+        (
+            "the stated noise lets",
+            "state a larger noise, let it be inferred, or look for what the model lacks",
+        )
+    } else {
+        (
+            "the inferred noise lets",
+            "its prior holds the noise down: look for what the model lacks, or widen that prior",
+        )
+    };
+    format!(
+        "the residuals are {:.1} times as large as {what} expect (rms {:.2e}): error bars and leads are too sure by as much; {remedy}",
+        left.ratio, left.size
+    )
 }
 
 #[cfg(test)]

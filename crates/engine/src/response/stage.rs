@@ -2,24 +2,25 @@
 
 use super::aliases::{aliased, with_aliases};
 use super::channels::Channels;
+use super::errors::Errors;
 use super::ground::{Ground, Learned, law_error};
 use super::head::Rest;
 use super::measured::Measured;
-use super::predict::{Load, Responses};
+use super::predict::Responses;
 use super::record::{LoadRecord, ResponseModelRecord, ResponseStageRecord};
-use super::residual::{Left, left};
+use super::residual::{left, too_large};
 use super::rows::rows_of;
 use super::select::{self, Selected};
 use super::train::Training;
+use crate::gaussian::handed_on;
 use crate::rows::Row;
-use crate::run::{EvidenceRecord, TrainedParameter, conditions_at};
-use crate::shape::ShapeModel;
-use crate::{Assembly, Conditions, EngineError, NamedGaussian};
+use crate::run::{EvidenceRecord, TrainedParameter};
+use crate::{Assembly, EngineError, NamedGaussian};
 use rijke_inference::Parameters;
 use rijke_numerics::C64;
 use rijke_study::plan::SdSpec;
 use rijke_study::responses::{ResponseKind, ResponseStage, Responses as Observed};
-use rijke_study::{Candidate, ErrorTerm, Study};
+use rijke_study::{Candidate, Cause, ErrorTerm, Study};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
@@ -39,9 +40,19 @@ const BEYOND: f64 = 1.5;
 pub struct ResponseRun {
     pub(super) study: Study,
     pub(super) observed: Observed,
-    /// What every stage before found, with the candidates that it chose.
-    known: BTreeMap<String, (BTreeMap<String, String>, NamedGaussian)>,
+    /// What every stage before found.
+    known: BTreeMap<String, Before>,
     grounds: Vec<Ground>,
+}
+
+/// What a stage before found.
+struct Before {
+    /// The candidates that it chose.
+    choice: BTreeMap<String, String>,
+    /// Their parameters, and errors by their causes.
+    known: NamedGaussian,
+    /// Those causes.
+    causes: Vec<Cause>,
 }
 
 impl ResponseRun {
@@ -76,7 +87,7 @@ impl ResponseRun {
         let data = Selected::new(&self.study, &self.observed, &stage)?;
         let mut models = Vec::new();
         let mut found: Vec<Option<Learned>> = Vec::new();
-        let chosen = self.known.iter().map(|(id, (choice, _))| (id.clone(), choice.clone())).collect();
+        let chosen = self.known.iter().map(|(id, before)| (id.clone(), before.choice.clone())).collect();
         let rows = rows_of(&self.study, &stage, &chosen);
         if rows.is_empty() {
             let problem = "every candidate that competes extends one that is in none of its models: name that one in `with`, or in a stage \
@@ -97,7 +108,9 @@ impl ResponseRun {
             return Err(EngineError::NoWinner { stage: stage.id, remark });
         };
         if let Some(learned) = &found[best] {
-            self.known.insert(stage.id.clone(), (rows[best].choice.clone(), learned.known.clone()));
+            let (choice, known, causes) =
+                (rows[best].choice.clone(), learned.known.clone(), learned.causes.clone());
+            self.known.insert(stage.id.clone(), Before { choice, known, causes });
         }
         let load = |((m, what), rows): ((&Measured, &ResponseKind), &usize)| LoadRecord {
             point: m.label.clone(),
@@ -153,6 +166,7 @@ impl ResponseRun {
             label: row.own.iter().map(|c| c.name.as_str()).collect::<Vec<_>>().join("; "),
             candidates: row.choice.clone(),
             parameters: Vec::new(),
+            errors: 0,
             channels: 0,
             noise: Vec::new(),
             evidence: None,
@@ -167,9 +181,9 @@ impl ResponseRun {
         let (assembly, errors) = self.assembled(stage, row)?;
         enough(stage, row, &assembly, data)?;
         let responses = self.models(stage, &assembly, data)?;
-        let parameters = self.parameters(stage, &assembly, &responses.channels)?;
+        let parameters = self.parameters(stage, &assembly, &responses)?;
         let told = stage.on.iter().filter_map(|id| self.known.get(id));
-        let told = told.flat_map(|(_, known)| known.names.iter().map(String::as_str)).collect();
+        let told = told.flat_map(|before| before.known.names.iter().map(String::as_str)).collect();
         let aliases = aliased(&responses, &parameters, &told)?;
         let parameters = with_aliases(parameters, &aliases)?;
         let starts: Vec<Vec<f64>> = aliases.iter().flat_map(|a| a.starts.clone()).collect();
@@ -181,15 +195,17 @@ impl ResponseRun {
             stage,
             starts: &starts,
         };
-        let found = match training.found() {
+        let about = |at: &[f64]| self.about(&assembly, data, &responses, at);
+        let (at_last, found) = match training.with_errors(&about) {
             Ok(found) => found,
             Err(error) => {
                 record.remark = Some(error.to_string());
                 return Ok((record, None));
             }
         };
-        let (fit, laplace, evidence, mut remarks) =
-            (found.fit, found.laplace, found.evidence, found.warnings);
+        let training = Training { responses: at_last.as_ref().unwrap_or(&responses), ..training };
+        let (fit, laplace, evidence) = (&found.fit, &found.laplace, found.evidence);
+        let mut remarks = found.warnings.clone();
         record.evidence = Some(EvidenceRecord {
             ln_best_fit: evidence.ln_best_fit,
             ln_occam: evidence.ln_occam,
@@ -199,12 +215,16 @@ impl ResponseRun {
         let covariance = &laplace.physical_covariance;
         let parameter = |(i, p)| TrainedParameter::of(p, fit.parameters[i], covariance[(i, i)].sqrt());
         record.parameters = parameters.list().iter().enumerate().map(parameter).collect();
+        record.errors = responses.errors.causes.len();
         record.channels = responses.channels.parameters.len();
         record.noise.clone_from(&fit.noise);
         record.maxima.clone_from(&found.maxima);
         remarks.extend(aliases.iter().map(ToString::to_string));
         let rest = Rest { noise: &fit.noise, kernel: stage.misfit.as_ref().map(|m| m.kernel) };
-        let left = left(measured, found.heard, rest);
+        if let Some(at_last) = &at_last {
+            remarks.extend(self.bent(&assembly, data, at_last, &found, rest)?);
+        }
+        let left = left(measured, found.heard.clone(), rest);
         let larger = left.ratio > LARGER && left.ratio > 1.0 + NOT_NOISE * left.ratio_sd;
         record.too_sure = larger || left.neighbours_sds > NOT_NOISE;
         if larger {
@@ -215,7 +235,8 @@ impl ResponseRun {
             left.beyond_stated.filter(|b| floats && *b > BEYOND && *b > 1.0 + NOT_NOISE * left.ratio_sd);
         if let Some(beyond) = beyond {
             remarks.push(format!(
-                "the residuals are {beyond:.1} times the standard deviations that the data state, and the inferred noise covers the rest: the data                  are worse than they say, or the model lacks something, which may have moved its parameters by more than their deviations"
+                "the residuals are {beyond:.1} times the standard deviations that the data state, and the inferred noise covers the rest: the data \
+                 are worse than they say, or the model lacks something, which may have moved its parameters by more than their deviations"
             ));
         }
         let share = left.share;
@@ -267,11 +288,15 @@ impl ResponseRun {
         record.heard = left.heard.iter().map(|a| pairs(a)).collect();
         (record.residual, record.neighbours) = (left.size, left.neighbours);
         record.remark = Some(remarks.join("\n")).filter(|r| !r.is_empty());
-        let names = parameters.list().iter().map(|p| p.name.clone()).collect();
-        let known =
-            NamedGaussian { names, mean: fit.parameters.clone(), covariance: laplace.physical_covariance };
+        let names = parameters.list().iter().map(|p| responses.errors.handed_on(&p.name)).collect();
+        let known = NamedGaussian {
+            names,
+            mean: fit.parameters.clone(),
+            covariance: laplace.physical_covariance.clone(),
+        };
         let law = law_error(&self.study, &row.choice, &responses.loads, &fit.noise);
-        Ok((record, Some(Learned { known, share: found.share, beside: found.beside, law })))
+        let causes = responses.errors.causes.clone();
+        Ok((record, Some(Learned { known, causes, share: found.share, beside: found.beside, law })))
     }
 
     /// The model of a row, and the errors of its head.
@@ -290,22 +315,27 @@ impl ResponseRun {
         &self,
         stage: &ResponseStage,
         assembly: &Assembly,
-        channels: &Channels,
+        responses: &Responses<'_>,
     ) -> Result<Parameters, EngineError> {
-        let mut parameters = unlearned(assembly, channels)?;
+        let mut parameters = unlearned(assembly, responses)?;
         let mut earlier = BTreeSet::new();
-        for (_, known) in stage.on.iter().filter_map(|id| self.known.get(id)) {
-            earlier.extend(known.names.iter().map(String::as_str));
-            let has = |k: &usize| parameters.index(&known.names[*k]).is_some();
+        for Before { known, causes, .. } in stage.on.iter().filter_map(|id| self.known.get(id)) {
+            let here: Vec<String> = known.names.iter().map(|name| responses.errors.here(name)).collect();
+            // A cause of which two of them tell is that of the first.
+            let twice = |name: &String| {
+                causes.iter().any(|c| handed_on(c) == *name) && earlier.contains(name.as_str())
+            };
+            let has = |k: &usize| parameters.index(&here[*k]).is_some() && !twice(&known.names[*k]);
             let keep: Vec<usize> = (0..known.names.len()).filter(has).collect();
+            earlier.extend(known.names.iter().map(String::as_str));
             if !keep.is_empty() {
-                let names: Vec<&str> = keep.iter().map(|&k| known.names[k].as_str()).collect();
+                let names: Vec<&str> = keep.iter().map(|&k| here[k].as_str()).collect();
                 let mean: Vec<f64> = keep.iter().map(|&k| known.mean[k]).collect();
                 parameters =
                     parameters.with_physical_joint(&names, &mean, &known.covariance.select(&keep))?;
             }
         }
-        Ok(channels.prior(parameters, &earlier)?)
+        Ok(responses.channels.prior(parameters, &earlier)?)
     }
 
     pub(super) fn models<'a>(
@@ -314,20 +344,12 @@ impl ResponseRun {
         assembly: &'a Assembly,
         data: &Selected,
     ) -> Result<Responses<'a>, EngineError> {
-        let mut loads = Vec::new();
-        for ((m, point), what) in data.measured.iter().zip(&data.points).zip(&data.whats) {
-            let conditions: Conditions = conditions_at(&self.study, *point)?;
-            let sources = if let ResponseKind::Pressure { sources, .. } = what { sources.len() } else { 0 };
-            assembly.waves_for(sources, &conditions.layout)?;
-            loads.push(Load {
-                point: conditions.id.clone(),
-                model: ShapeModel::new(assembly, &conditions, &conditions.layout.microphones)?,
-                what: what.clone(),
-                frequency_hz: m.frequency_hz.clone(),
-            });
-        }
+        let before = stage.on.iter().filter_map(|id| self.known.get(id));
+        let known: Vec<Cause> = before.flat_map(|before| before.causes.iter().cloned()).collect();
+        let errors = Errors::of(&self.study, &data.points, &known)?;
+        let loads = self.loads(assembly, data, &errors)?;
         let channels = Channels::of(&self.study, stage, &data.whats, &data.points)?;
-        Ok(Responses { loads, own: assembly.parameters().len(), channels })
+        Ok(Responses { loads, own: assembly.parameters().len(), errors, channels })
     }
 }
 
@@ -350,28 +372,11 @@ pub(super) fn enough(
     Err(EngineError::Refused { stage: stage.id.clone(), problem })
 }
 
-/// The parameters of a model, and those of the channels by which it is heard, each by itself.
-pub(super) fn unlearned(assembly: &Assembly, channels: &Channels) -> Result<Parameters, EngineError> {
-    Ok(Parameters::new(assembly.parameters().iter().chain(&channels.parameters).cloned().collect())?)
-}
-
-/// What is said of residuals that are larger than expected.
-fn too_large(stage: &ResponseStage, left: &Left) -> String {
-    let (what, remedy) = if matches!(stage.noise, SdSpec::Fixed(_)) {
-        (
-            "the stated noise lets",
-            "state a larger noise, let it be inferred, or look for what the model lacks",
-        )
-    } else {
-        (
-            "the inferred noise lets",
-            "its prior holds the noise down: look for what the model lacks, or widen that prior",
-        )
-    };
-    format!(
-        "the residuals are {:.1} times as large as {what} expect (rms {:.2e}): error bars and leads are too sure by as much; {remedy}",
-        left.ratio, left.size
-    )
+/// The parameters of a model, of the errors of its points, and of the channels by which it is heard, each by
+/// itself.
+pub(super) fn unlearned(assembly: &Assembly, of: &Responses<'_>) -> Result<Parameters, EngineError> {
+    let all = assembly.parameters().iter().cloned().chain(of.errors.parameters());
+    Ok(Parameters::new(all.chain(of.channels.parameters.iter().cloned()).collect())?)
 }
 
 fn pairs(values: &[C64]) -> Vec<[f64; 2]> {

@@ -66,10 +66,20 @@ impl Training<'_> {
     /// [`EngineError::Unsettled`] if the head's errors do not settle or the search ended early, and errors of
     /// the inference.
     pub(super) fn found(&self) -> Result<Found, EngineError> {
-        let middle = self.parameters.from_standard_normal(&vec![0.0; self.parameters.len()]);
-        let middle = self.answered(&self.parameters.physical(&middle))?;
-        let mut heard = Heard::about_data(self.measured, self.errors, middle)?;
-        let mut start: Option<Fit> = None;
+        self.found_from(None)
+    }
+
+    /// The medians of the priors.
+    pub(super) fn middle(&self) -> Vec<f64> {
+        self.parameters.physical(&self.parameters.from_standard_normal(&vec![0.0; self.parameters.len()]))
+    }
+
+    /// As [`Training::found`], with a search from `start`.
+    pub(super) fn found_from(&self, mut start: Option<Fit>) -> Result<Found, EngineError> {
+        let mut heard = match &start {
+            Some(fit) => self.about(fit)?,
+            None => Heard::about_data(self.measured, self.errors, self.answered(&self.middle())?)?,
+        };
         for _ in 0..if self.stage.checked { SEARCHES } else { 1 } {
             if !heard.is_exact() {
                 let fit;
@@ -323,7 +333,7 @@ fn left_to_gain(stop: &Stop, decrement: f64) -> bool {
 }
 
 /// How far parameters are from others, in standard deviations.
-fn moved(laplace: &Laplace, here: &[f64], there: &[f64]) -> f64 {
+pub(super) fn moved(laplace: &Laplace, here: &[f64], there: &[f64]) -> f64 {
     let sd = |i: usize| laplace.physical_covariance[(i, i)].sqrt();
     here.iter().zip(there).enumerate().map(|(i, (a, b))| (a - b).abs() / sd(i)).fold(0.0, f64::max)
 }

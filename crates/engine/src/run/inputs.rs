@@ -165,7 +165,11 @@ pub(super) fn conditions_or_ambient(
 
 /// The conditions of the operating point of number `k`, from what the campaign and the rig say.
 pub(crate) fn conditions_at(study: &Study, k: usize) -> Result<Conditions, EngineError> {
-    let point = &study.campaign.points[k];
+    conditions_of(study, &study.campaign.points[k])
+}
+
+/// As [`conditions_at`], of a point that may lie beside one of the campaign.
+pub(crate) fn conditions_of(study: &Study, point: &Point) -> Result<Conditions, EngineError> {
     let of_the_file = Some([study.rig.temperature, 0.0]);
     conditions_or_ambient(study, point, None, point.ambient.or(of_the_file))
 }

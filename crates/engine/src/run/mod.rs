@@ -54,7 +54,7 @@ pub use far::FarOff;
 pub use foresight::{Foreseen, StageForesight, foresight};
 pub use found::{Asked, Checks, ExactLengths, Family, LengthError, Missing, PointCheck, SumCheck};
 pub use frame::{Frame, FrameColumn, FrameRow};
-pub(crate) use inputs::conditions_at;
+pub(crate) use inputs::{conditions_at, conditions_of};
 pub use next::{
     Aim, Lead, Leads, MicrophoneChoice, MicrophoneTable, Next, Sequence, Step, Suggestion, Wish, microphones,
     next,

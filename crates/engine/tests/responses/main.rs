@@ -9,4 +9,5 @@ mod extends;
 mod head;
 mod pressures;
 mod slow;
+mod stated;
 mod temperatures;

@@ -10,6 +10,9 @@ use rijke_study::responses::{ObservedResponse, ResponseKind, Responses};
 use rijke_study::{Study, StudyProblem};
 use serde_json::{Value, json};
 
+/// Errors that are listed by name.
+const MOST: usize = 6;
+
 /// Reads all data, and says what every stage of responses trains on and which parameters that can tell.
 pub(crate) fn check(study: Study, ui: &Ui) -> Result<Value, Failure> {
     let dir = study.folder.clone();
@@ -85,6 +88,10 @@ fn told(ui: &Ui, stage: &ResponseForesight) {
         "{} ({} responses, {} of the {} complex numbers in their files; noise {:.1e})",
         stage.title, stage.responses, stage.numbers, stage.of, stage.noise
     ));
+    if let [first, rest @ ..] = &stage.errors[..] {
+        let more = if rest.len() < MOST { rest.join(", ") } else { format!("{} more", rest.len()) };
+        ui.say(format!("  counted along: {first}{}{more}", if more.is_empty() { "" } else { ", " }));
+    }
     for model in &stage.models {
         if let Some(remark) = &model.remark {
             ui.say(format!("  {}: no answer at the centre of the priors: {remark}", model.id));

@@ -1,6 +1,6 @@
 //! Studies that train on responses: what every command says of them, and what is refused.
 
-use crate::measured::{model, noise, own_data, stage, write};
+use crate::measured::{model, noise, own_data, parameter, stage, write};
 use crate::rijke;
 use serde_json::Value;
 use std::fs;
@@ -210,6 +210,32 @@ fn message_bands_transfers_and_sds_that_cannot_be_meant_are_refused() {
     let lines: String = rows.iter().map(|[f, a, b]| format!("{f} {a} {b} 0\n")).collect();
     fs::write(folder.join("observations/z.txt"), lines).unwrap();
     refused(&folder, &["check", "."], &["z.txt, line 1", "`sd` is `0`", "above zero"]);
+}
+
+#[test]
+fn behaviour_stated_errors_count_and_are_said() {
+    let (folder, _) = noisy("responses-stated");
+    let found = |sd: f64| {
+        let table = format!("point,row,session,T_amb [K],T_amb_sd [K]\nplain,plain,1,293.15,{sd}\n");
+        fs::write(folder.join("campaign.csv"), table).unwrap();
+        let (_, checked, _) = told(&folder, &["check", "."]);
+        let (code, ranked, error) = told(&folder, &["rank", ".", "--force"]);
+        assert_eq!(code, Some(0), "{error}");
+        let numbers = fs::read_to_string(folder.join("results/numbers/wall.json")).unwrap();
+        let numbers: Value = serde_json::from_str(&numbers).unwrap();
+        let [_, sd_of_extra] = parameter(model(&numbers, "wall.bessel"), "extra");
+        let page = fs::read_to_string(folder.join("results/index.html")).unwrap();
+        (checked, ranked, page, sd_of_extra)
+    };
+    let exact = found(0.0);
+    assert!(!exact.0.contains("counted along") && !exact.2.contains("in their stated standard deviations"));
+    let stated = found(2.0);
+    assert!(stated.0.contains("counted along: error of T_amb (plain)"), "{}", stated.0);
+    let said = ["error of T_amb (plain)", "1 stated error is counted"];
+    assert!(said.iter().any(|part| stated.1.contains(part)), "{}", stated.1);
+    assert!(stated.2.contains("in their stated standard deviations"), "{}", stated.2);
+    // 2 K are 1.5 mm of a tube of 436 mm.
+    assert!(stated.3 > 3.0 * exact.3 && stated.3 < 1.6e-3, "{} {}", stated.3, exact.3);
 }
 
 #[test]

@@ -1,0 +1,201 @@
+//! The errors of what is stated ([`super::errors`]), taken where the fit ends.
+
+use super::errors::{Errors, causes_at, moved as conditions_moved};
+use super::head::Rest;
+use super::predict::{Load, Responses, clear};
+use super::select::Selected;
+use super::stage::ResponseRun;
+use super::train::{Found, Training, moved};
+use crate::{Assembly, EngineError};
+use rijke_inference::Parameter;
+use rijke_numerics::{C64, Jet, Order};
+use rijke_study::responses::ResponseStage;
+use rijke_study::{Cause, STEP};
+use std::collections::BTreeSet;
+
+/// Movement of the parameters from fit to fit, in their standard deviations, at which the errors of what is
+/// stated have settled: what is left out is of its square.
+const STAYS: f64 = 0.05;
+/// Most fits until they settle.
+const FITS: usize = 50;
+/// An error over whose standard deviation the answers bend by this share of their change is told.
+const BENT: f64 = 0.1;
+
+impl ResponseRun {
+    /// The loads of a stage, at points whose errors are what `errors` are taken about.
+    pub(super) fn loads<'a>(
+        &self,
+        assembly: &'a Assembly,
+        data: &Selected,
+        errors: &Errors,
+    ) -> Result<Vec<Load<'a>>, EngineError> {
+        (0..data.points.len()).map(|load| self.load(assembly, data, load, &|c| errors.value(c))).collect()
+    }
+
+    fn load<'a>(
+        &self,
+        assembly: &'a Assembly,
+        data: &Selected,
+        load: usize,
+        error: &dyn Fn(&Cause) -> f64,
+    ) -> Result<Load<'a>, EngineError> {
+        let conditions = conditions_moved(&self.study, data.points[load], error)?;
+        Load::new(assembly, &conditions, &data.whats[load], &data.measured[load].frequency_hz)
+    }
+
+    /// The same responses, with their errors taken about these values of all parameters.
+    ///
+    /// # Errors
+    /// Those of the model at moved factors and temperatures.
+    pub(super) fn about<'a>(
+        &self,
+        assembly: &'a Assembly,
+        data: &Selected,
+        responses: &Responses<'a>,
+        values: &[f64],
+    ) -> Result<Responses<'a>, EngineError> {
+        let (own, rest) = values.split_at(responses.own);
+        let mut errors = responses.errors.clone();
+        errors.about = rest[..errors.causes.len()].to_vec();
+        let loads = self.loads(assembly, data, &errors)?;
+        let here = clear(&loads, own, Order::Value)?;
+        let mut slopes = vec![Vec::new(); loads.len()];
+        for (cause, of_point) in self.acting(data)? {
+            let Ok(k) = errors.causes.binary_search(&cause) else { continue };
+            let there = self.beside(assembly, data, &errors, (&cause, &of_point, STEP), own)?;
+            for (load, there) in of_point.iter().zip(there) {
+                let pairs = there.iter().zip(&here[*load]);
+                let slope = pairs.map(|(t, h)| (t.value() - h.value()) / STEP).collect();
+                slopes[*load].push((k, slope));
+            }
+        }
+        errors.slopes = slopes;
+        Ok(Responses { loads, errors, own: responses.own, channels: responses.channels.clone() })
+    }
+
+    /// Every cause of error of every operating point, with the loads there.
+    fn acting(&self, data: &Selected) -> Result<Vec<(Cause, Vec<usize>)>, EngineError> {
+        let mut all = Vec::new();
+        for point in data.points.iter().collect::<BTreeSet<_>>() {
+            let loads: Vec<usize> = (0..data.points.len()).filter(|l| data.points[*l] == *point).collect();
+            let causes = causes_at(&self.study, *point)?;
+            all.extend(causes.into_iter().map(|cause| (cause, loads.clone())));
+        }
+        Ok(all)
+    }
+
+    /// The answers of these loads where one cause of error is larger by `by` standard deviations.
+    fn beside(
+        &self,
+        assembly: &Assembly,
+        data: &Selected,
+        errors: &Errors,
+        (cause, loads, by): (&Cause, &[usize], f64),
+        own: &[f64],
+    ) -> Result<Vec<Vec<Jet>>, EngineError> {
+        let error = |c: &Cause| errors.value(c) + if c == cause { by } else { 0.0 };
+        let there = loads.iter().map(|load| self.load(assembly, data, *load, &error));
+        clear(&there.collect::<Result<Vec<_>, _>>()?, own, Order::Value)
+    }
+
+    /// What is to be said of errors in which the answers bend: over the standard deviation that training
+    /// `found` of one, the part that is not linear is [`BENT`] of the change, and larger than the noise of
+    /// all numbers together.
+    ///
+    /// # Errors
+    /// Those of the model that are not for one value of an error alone.
+    pub(super) fn bent(
+        &self,
+        assembly: &Assembly,
+        data: &Selected,
+        at_last: &Responses<'_>,
+        found: &Found,
+        rest: Rest<'_>,
+    ) -> Result<Vec<String>, EngineError> {
+        let (own, errors) = (&found.fit.parameters[..at_last.own], &at_last.errors);
+        let here = clear(&at_last.loads, own, Order::Value)?;
+        let mut sums = vec![[0.0; 2]; errors.causes.len()];
+        for (cause, loads) in self.acting(data)? {
+            let Ok(k) = errors.causes.binary_search(&cause) else { continue };
+            let place = at_last.own + k;
+            let sd = found.laplace.physical_covariance[(place, place)].sqrt();
+            let side = |by: f64| self.beside(assembly, data, errors, (&cause, &loads, by), own);
+            let (up, down) = match (side(sd), side(-sd)) {
+                (Ok(up), Ok(down)) => (up, down),
+                (Err(e), _) | (_, Err(e)) if !e.is_recoverable() => return Err(e),
+                _ => {
+                    sums[k] = [1.0, f64::INFINITY];
+                    continue;
+                }
+            };
+            for ((load, up), down) in loads.iter().zip(&up).zip(&down) {
+                let (m, here) = (&data.measured[*load], &here[*load]);
+                let count = here.len() / m.values.len().max(1);
+                let size = |all: &mut dyn Iterator<Item = C64>| all.map(|z| z.norm_sqr()).sum::<f64>();
+                // Of unknown sources the strength is that of the pressures.
+                let level = size(&mut m.values.iter().copied()) / size(&mut here.iter().map(Jet::value));
+                let level = if m.unknown_sources { level } else { 1.0 };
+                for (i, ((u, d), h)) in up.iter().zip(down).zip(here).enumerate() {
+                    let weight = level / (2.0 * rest.covariance_of(m, i / count, i / count));
+                    let (u, d, h) = (u.value(), d.value(), h.value());
+                    sums[k][0] += weight * (0.5 * (u - d)).norm_sqr();
+                    sums[k][1] += weight * (0.5 * (u + d) - h).norm_sqr();
+                }
+            }
+        }
+        let told = |(p, [change, bend]): (Parameter, [f64; 2])| {
+            let share = (bend / change).sqrt();
+            (bend > 1.0 && share > BENT).then(|| {
+                format!(
+                    "{}: over its standard deviation the answers bend by {:.0} % of their change, which standard deviations and evidence leave out: \
+                     make what is in error an unknown of the rig, and write `checked = true`",
+                    p.name,
+                    100.0 * share
+                )
+            })
+        };
+        Ok(errors.parameters().into_iter().zip(sums).filter_map(told).collect())
+    }
+}
+
+impl Training<'_> {
+    /// As [`Training::found`], with the errors of what is stated taken where the fit ends: `about` are the
+    /// responses with these errors about values of all parameters, and returned as they were last, if there
+    /// are errors.
+    ///
+    /// # Errors
+    /// As [`Training::found`], those of `about`, and [`EngineError::Unsettled`] where the errors do not
+    /// settle.
+    pub(super) fn with_errors<'r>(
+        &self,
+        about: &dyn Fn(&[f64]) -> Result<Responses<'r>, EngineError>,
+    ) -> Result<(Option<Responses<'r>>, Found), EngineError> {
+        if self.responses.errors.is_none() {
+            return Ok((None, self.found()?));
+        }
+        let quick = ResponseStage { checked: false, ..self.stage.clone() };
+        // Without errors there need not be a fit.
+        let mut before = Training { stage: &quick, ..*self }.found().ok().map(|found| found.fit);
+        let mut at = before.as_ref().map_or_else(|| self.middle(), |fit| fit.parameters.clone());
+        let (mut stage, mut last, mut share) = (&quick, f64::INFINITY, 1.0_f64);
+        for _ in 0..FITS {
+            let responses = about(&at)?;
+            let found = Training { responses: &responses, stage, ..*self }.found_from(before)?;
+            let moved = moved(&found.laplace, &found.fit.parameters, &at);
+            if moved < STAYS && (stage.checked || !self.stage.checked) {
+                return Ok((Some(responses), found));
+            }
+            // A fit that moves much farther than the share of the one before left may go to and fro.
+            share = if moved > (1.0 - 0.5 * share) * last { 0.5 * share } else { (1.5 * share).min(1.0) };
+            at.iter_mut().zip(&found.fit.parameters).for_each(|(at, to)| *at += share * (to - *at));
+            stage = if moved < STAYS { self.stage } else { &quick };
+            (last, before) = (moved, Some(found.fit));
+        }
+        Err(EngineError::Unsettled {
+            what: format!(
+                "the stated errors of factors or temperatures are too large to be counted to first order: after {FITS} fits the parameters still \
+                 move by {last:.2} standard deviations; make what is in error an unknown of the rig (`\"thickness + $off\"`)"
+            ),
+        })
+    }
+}

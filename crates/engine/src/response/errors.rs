@@ -1,0 +1,150 @@
+//! Errors of what the campaign and the rig state, factors and temperatures, as parameters of a stage of
+//! responses: each in its standard deviations, with a prior of 0 +- 1 or what an earlier stage tells.
+//!
+//! Every cause of error is one number for all points that share it. The answers are linear in it about its
+//! last value, e0: R(e) = R(e0) + (dR/de)(e - e0), where R(e0) is that of the rig with the factors and the
+//! temperatures moved, and the slope is taken by a small step ([`rijke_study::STEP`]) at the parameters of
+//! the last fit. Being linear in e, the model is as Gaussian in it as the noise, so that Laplace's method
+//! integrates over it in closed form. The fit is repeated until the parameters stay.
+
+use crate::gaussian::handed_on;
+use crate::run::{conditions_at, conditions_of};
+use crate::{Conditions, EngineError};
+use rijke_inference::{Parameter, Prior};
+use rijke_numerics::{C64, Jet};
+use rijke_study::{Cause, Sharing, Study};
+use std::collections::BTreeSet;
+
+/// The errors of a stage.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Errors {
+    /// The causes, ascending.
+    pub(super) causes: Vec<Cause>,
+    /// e0 of each.
+    pub(super) about: Vec<f64>,
+    /// For every load the causes that move it, and the change of each of its numbers per standard deviation.
+    pub(super) slopes: Vec<Vec<(usize, Vec<C64>)>>,
+}
+
+impl Errors {
+    /// Those of the operating points `points`, and others that are `known`; of no effect yet.
+    ///
+    /// # Errors
+    /// Those of the conditions of a point.
+    pub(super) fn of(study: &Study, points: &[usize], known: &[Cause]) -> Result<Self, EngineError> {
+        let mut causes: BTreeSet<Cause> = known.iter().cloned().collect();
+        for point in points.iter().collect::<BTreeSet<_>>() {
+            causes.extend(causes_at(study, *point)?);
+        }
+        let causes: Vec<Cause> = causes.into_iter().collect();
+        Ok(Self { about: vec![0.0; causes.len()], slopes: Vec::new(), causes })
+    }
+
+    pub(super) fn is_none(&self) -> bool {
+        self.causes.is_empty()
+    }
+
+    /// As parameters, in standard deviations.
+    pub(super) fn parameters(&self) -> Vec<Parameter> {
+        let prior = Prior::Normal { mean: 0.0, sd: 1.0 };
+        let one =
+            |(k, cause): (usize, &Cause)| Parameter::new(called(cause), format!("e_{}", k + 1), "sd", prior);
+        self.causes.iter().enumerate().map(one).collect()
+    }
+
+    /// What a parameter is called from stage to stage: one of these by its cause.
+    pub(super) fn handed_on(&self, name: &str) -> String {
+        let cause = self.causes.iter().find(|cause| called(cause) == name);
+        cause.map_or_else(|| name.to_owned(), handed_on)
+    }
+
+    /// What a parameter that is handed on is called here.
+    pub(super) fn here(&self, name: &str) -> String {
+        let cause = self.causes.iter().find(|cause| handed_on(cause) == name);
+        cause.map_or_else(|| name.to_owned(), called)
+    }
+
+    /// e0 of a cause; 0 of one that is none of these.
+    pub(super) fn value(&self, cause: &Cause) -> f64 {
+        self.causes.binary_search(cause).map_or(0.0, |k| self.about[k])
+    }
+
+    /// The answers of load `load` with the errors `values`. They have derivatives in the parameters of the
+    /// model, of which there are `own`, and in s; what comes out has those in these, in the errors, and zero
+    /// for the one in s.
+    pub(super) fn with(&self, load: usize, answers: &[Jet], own: usize, values: &[f64]) -> Vec<Jet> {
+        let slopes = self.slopes.get(load).map_or(&[][..], Vec::as_slice);
+        let count = own + values.len() + 1;
+        let one = |(k, answer): (usize, &Jet)| {
+            let mut value = answer.value();
+            let mut gradient = vec![C64::ZERO; count];
+            gradient[..own].copy_from_slice(&answer.gradient()[..own]);
+            for (cause, slope) in slopes {
+                value += slope[k] * (values[*cause] - self.about[*cause]);
+                gradient[own + cause] = slope[k];
+            }
+            let packed = own * (own + 1) / 2;
+            let mut bend = Vec::new();
+            if !answer.hessian_packed().is_empty() {
+                bend = vec![C64::ZERO; count * (count + 1) / 2];
+                bend[..packed].copy_from_slice(&answer.hessian_packed()[..packed]);
+            }
+            Jet::from_parts(value, gradient, bend)
+        };
+        answers.iter().enumerate().map(one).collect()
+    }
+}
+
+/// The causes of error of an operating point.
+pub(super) fn causes_at(study: &Study, point: usize) -> Result<BTreeSet<Cause>, EngineError> {
+    let conditions = conditions_at(study, point)?;
+    let stated = &study.campaign.points[point];
+    let ambient = stated.ambient.filter(|[_, sd]| *sd > 0.0).map(|_| Cause::ambient(stated));
+    let of_state = conditions.base.errors.into_iter().map(|e| e.cause);
+    Ok(conditions.displaced.into_iter().map(|(cause, _)| cause).chain(of_state).chain(ambient).collect())
+}
+
+/// The conditions of an operating point with every cause of `error` at so many of its standard deviations.
+pub(super) fn moved(
+    study: &Study,
+    k: usize,
+    error: &dyn Fn(&Cause) -> f64,
+) -> Result<Conditions, EngineError> {
+    let stated = &study.campaign.points[k];
+    let mut point = stated.clone();
+    for (cause, _) in conditions_at(study, k)?.displaced {
+        let Cause::Factor { name, .. } = &cause else { continue };
+        if let Some(factor) = study.campaign.factor(name) {
+            point.factors[factor] += error(&cause) * stated.factor_sds[factor];
+        }
+    }
+    point.factor_sds.fill(0.0);
+    if let Some([temperature, sd]) = &mut point.ambient {
+        *temperature += error(&Cause::ambient(stated)) * *sd;
+    }
+    let conditions = conditions_of(study, &point)?;
+    // The ambient temperature is moved already, with all that depends on it.
+    let own = |cause: &Cause| if matches!(cause, Cause::Ambient(_)) { 0.0 } else { error(cause) };
+    let along: Vec<f64> = conditions.base.errors.iter().map(|e| own(&e.cause)).collect();
+    Ok(Conditions { base: conditions.base.displaced(&along), ..conditions })
+}
+
+/// What is said of a cause of error.
+fn called(cause: &Cause) -> String {
+    let shared = |sharing: &Sharing| match sharing {
+        Sharing::Point(id) => format!(" ({id})"),
+        Sharing::Installation(id) => format!(" (installation {id})"),
+        Sharing::Day(day) => format!(" (day {day})"),
+        Sharing::All => String::new(),
+    };
+    match cause {
+        Cause::Factor { name, installation, level } => format!("error of {name} {level} ({installation})"),
+        Cause::Ambient(sharing) => format!("error of T_amb{}", shared(sharing)),
+        Cause::Part(part) => format!("error of the temperature of {part}"),
+        Cause::Reading(place, sharing) => format!("error of reading {place}{}", shared(sharing)),
+        Cause::Flow(sharing) => format!("error of the mass flow{}", shared(sharing)),
+        Cause::Drift => "drift that all decays have in common".to_owned(),
+        Cause::Inferred(name) => format!("error of {name}"),
+        Cause::Law { role, part, level } => format!("error of the law of {role}, part {part} ({level})"),
+    }
+}
