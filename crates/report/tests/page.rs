@@ -195,7 +195,7 @@ fn behaviour_the_page_says_what_was_found_and_whose_data_it_is() {
         "1.0109(18)",
         "1.0234(61)",
         "averaged over the models that earlier stages leave open",
-        "<td class=n>-1.2<td><code>hot.law</code>",
+        "<td class=n>1.2<td><code>hot.law</code>",
         "cannot be fitted",
         "lies 5.2 standard deviations of its prior",
         "<h2 id=\"question\">What &amp; how</h2>",

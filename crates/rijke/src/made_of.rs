@@ -133,7 +133,7 @@ fn add(
             add(&path, &format!("{shown}/"), wanted, all)?;
         } else if kind.is_file() && wanted(&shown) {
             let mut hasher = Sha256::new();
-            io::copy(&mut fs::File::open(&path)?, &mut hasher)?;
+            io::copy(&mut rijke_numerics::open_file(&path)?, &mut hasher)?;
             let digest = hasher.finalize().iter().take(8).map(|byte| format!("{byte:02x}")).collect();
             all.insert(shown, digest);
         }

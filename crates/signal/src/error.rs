@@ -1,6 +1,6 @@
 //! Why a record cannot be used.
 
-use crate::ping::Unstable;
+use crate::unstable::Unstable;
 use crate::words::not_quiet;
 
 /// What is wrong with one record. Every variant concerns that record alone: the caller lists it and goes on

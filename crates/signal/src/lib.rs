@@ -11,6 +11,7 @@ mod random;
 mod repeats;
 mod ringdown;
 mod trace;
+mod unstable;
 mod words;
 
 pub use blow::{BlowFit, BlowMode, BlowOptions, combine_blows, fit_blow};
@@ -21,7 +22,7 @@ pub use campaign::{
 pub use click::{ClickFit, ClickOptions, ClickPicture, Extent, Reflection, fit_click, picture_click};
 pub use delays::{CalibrationError, ChannelDelays, ChannelPriors, KnownClick};
 pub use error::Fault;
-pub use ping::{Drift, MajorityFit, PingFit, PingOptions, PingPicture, Unstable, fit_majority, fit_ping};
+pub use ping::{Drift, MajorityFit, PingFit, PingOptions, PingPicture, fit_majority, fit_ping};
 pub use random::{
     ChannelGains, ComparedChannels, ComparisonFault, Field, GainPair, LossBand, PressureFault,
     RelativePressures, Spectra, Swept, SweptOptions, SwitchedDoubt, SwitchedFault, SwitchedGains,
@@ -29,3 +30,4 @@ pub use random::{
 };
 pub use repeats::{Repeats, combine, pool};
 pub use trace::Trace;
+pub use unstable::Unstable;

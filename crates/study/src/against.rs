@@ -83,8 +83,8 @@ impl Study {
         })
     }
 
-    /// Parts that stand between two thermometers of `[base.measured]` where the gas is much hotter on one side,
-    /// a sentence each.
+    /// Parts that stand between two thermometers of `[base.measured]` where the gas is much hotter on one
+    /// side, a sentence each.
     ///
     /// # Errors
     /// Those of the readings.

@@ -77,8 +77,8 @@ pub enum Cause {
         /// The value, as text.
         level: String,
     },
-    /// A drift of the frequency that all decays have in common, of which processing knows only how large it may
-    /// be: an error of what was measured, not of the gas.
+    /// A drift of the frequency that all decays have in common, of which processing knows only how large it
+    /// may be: an error of what was measured, not of the gas.
     Drift,
     /// A cause that an inference of the base states itself names.
     Inferred(String),

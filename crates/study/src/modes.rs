@@ -26,8 +26,8 @@ pub struct ObservedMode {
     pub pressures: Vec<(usize, C64)>,
     /// Covariance of [`ObservedMode::numbers`].
     pub covariance: Matrix,
-    /// Standard deviation of an error of the angular frequency that all modes of the table have in common, rad/s:
-    /// what is not known of a drift during their decays. The covariance contains it.
+    /// Standard deviation of an error of the angular frequency that all modes of the table have in common,
+    /// rad/s: what is not known of a drift during their decays. The covariance contains it.
     pub drift_sd: f64,
 }
 

@@ -128,7 +128,8 @@ fn exact_readings_are_the_profile_of_the_gas() {
     // tube whose ends reflect -r are at pi over that time for high modes; the lowest within the reflection at
     // the slope. The same tube in the rig's file, with its temperatures there, has the same mode.
     let both = |name: &str, rig: &str, plan: &str, readings: Option<&str>| {
-        let campaign = "point,x [m],T_amb [K]\na,1,300\nb,0.8,300\n";
+        // Nothing heats at the point that was not read.
+        let campaign = "point,x [m],Q [W],T_amb [K]\na,1,50,300\nb,0.8,0,300\n";
         let plan = format!("{plan}{PLAN}");
         let mut files = vec![
             ("rig.toml", rig),

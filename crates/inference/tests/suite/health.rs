@@ -144,7 +144,7 @@ fn exact_failures_are_rows_or_errors_never_numbers() {
     let one = Linear(Matrix::identity(1));
     let posterior = Posterior::new(&one, &data, &parameters).unwrap();
     let found = posterior.assess(&AssessOptions::default()).unwrap();
-    warned(&found, "(1 data), while the data of all kinds determine 1.0 of 1 parameters");
+    warned(&found, "the noise of 'noise' (1 data) is hardly known");
 
     let flat = Parameters::new(vec![Parameter::new("a", "a", "1", Prior::Flat)]).unwrap();
     let data = Data::new(vec![observation()], vec![NoiseGroup::fixed("noise", "1", 0.1)]).unwrap();

@@ -7,6 +7,7 @@
 //! many points without a drift say that there is little.
 
 use crate::ping::Drift;
+use rijke_rig::Ping;
 
 /// Values of tau that are tried: from this share of the least error to this multiple of the largest drift or
 /// error.
@@ -15,8 +16,8 @@ const LARGEST: f64 = 10.0;
 /// Their number.
 const VALUES: usize = 40;
 
-/// A relative drift, 1/s, and its standard deviation; the part of it that is an error of the mean drift, which
-/// all points have in common.
+/// A relative drift, 1/s, and its standard deviation; the part of it that is an error of the mean drift,
+/// which all points have in common.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Relative {
     pub(super) rate: f64,
@@ -81,9 +82,11 @@ impl Law {
     }
 }
 
-/// The drift of each point's pings, from what they have in common, `common`, and the angular frequencies; and
-/// the standard deviation of the part of its error that all points have in common, rad/s^2.
-pub(super) fn learnt(common: &[(Drift, f64)]) -> Vec<(Drift, f64)> {
+/// A drift, and the standard deviation of the part of its error that all points have in common, rad/s^2.
+pub(super) type Learnt = (Drift, f64);
+
+/// The drift of each point's pings, from what they have in common, `common`, and the angular frequencies.
+pub(super) fn learnt(common: &[(Drift, f64)]) -> Vec<Learnt> {
     let relative = |(drift, omega): &(Drift, f64)| Relative {
         rate: drift.rate / omega,
         sd: drift.sd / omega,
@@ -94,6 +97,32 @@ pub(super) fn learnt(common: &[(Drift, f64)]) -> Vec<(Drift, f64)> {
         (Drift { rate: found.rate * omega, sd: found.sd * omega, ..*drift }, found.common * omega)
     };
     common.iter().zip(found).map(back).collect()
+}
+
+/// The pings of one point with their frequencies at the end of the forcing, by the drift that they have in
+/// common, whose error is still to be added: single pings may hold a drift that none of them shows beyond its
+/// noise.
+pub(super) fn without_drift(pings: Vec<(usize, Ping, Drift)>, common: &Drift) -> Vec<(usize, Ping)> {
+    let clear = |(repeat, mut ping, own): (usize, Ping, Drift)| {
+        if common.sd.is_finite() {
+            if own.is_significant() {
+                own.put_back(&mut ping);
+            }
+            ping.s.im -= common.rate * own.moment;
+        }
+        (repeat, ping)
+    };
+    pings.into_iter().map(clear).collect()
+}
+
+pub(super) fn drift_in_words(point: &str, drift: &Drift, pings: &[(usize, Ping)]) -> String {
+    let frequency = pings.iter().map(|(_, p)| p.s.im).sum::<f64>() / pings.len().max(1) as f64;
+    format!(
+        "{point}: the frequency drifts by {:.4} +- {:.4} rad/s^2 during the decays, the speed of sound by {:.1e} per second; frequencies are those at the end of the forcing",
+        drift.rate,
+        drift.sd,
+        drift.rate / frequency
+    )
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 
 use super::calibration::{Calibrated, calibrate};
 use super::contradictions::contradictions;
-use super::drifts::learnt;
+use super::drifts::{Learnt, drift_in_words, learnt, without_drift};
 use super::fitted::{Fitted, PingOfRecord, rejection};
 use super::gains::{OfPoint, wandering};
 use super::kept::Kept;
@@ -192,8 +192,8 @@ pub fn process_again(
         corrections.extend(turn_inverted(&mut pings, &records.pings, &named));
         let ping_repeats = combine_pings(&mut pings, &records.pings, &named, &mut rejections);
         let click_repeats = combine_clicks(&mut clicks, &records.clicks, &numbers, &mut rejections);
-        let (drift, of_all) = (*drift, *of_all);
-        gathered.push(Gathered { pings, live, clicks, ping_repeats, click_repeats, drift, of_all });
+        let of_drift = (*drift, *of_all);
+        gathered.push(Gathered { pings, live, clicks, ping_repeats, click_repeats, of_drift });
     }
     notes.extend(in_words(&all_left_out, set.points.iter().map(|p| p.pings.len()).sum()));
     let hum = hum_in_words(&hums, options.ping.mains_hz);
@@ -219,7 +219,8 @@ pub fn process_again(
     let others = if at_any_rate || !shapes { Vec::new() } else { of_other_rates(set) };
     notes.extend(others.first().map(|_| without_shapes(set, &others)));
     for (k, (gathered, records)) in gathered.into_iter().zip(&set.points).enumerate() {
-        let Gathered { pings, live, clicks, mut ping_repeats, click_repeats, drift, of_all } = gathered;
+        let Gathered { pings, live, clicks, mut ping_repeats, click_repeats, of_drift } = gathered;
+        let (drift, of_all) = of_drift;
         // The error of the drift is common to all repeats.
         let of_drift = if drift.sd.is_finite() { drift.variance() } else { 0.0 };
         if let Some(repeats) = &mut ping_repeats {
@@ -318,10 +319,8 @@ struct Gathered {
     clicks: Vec<(usize, Click)>,
     ping_repeats: Option<Repeats>,
     click_repeats: Option<Repeats>,
-    /// The drift that was taken out of all pings; of infinite error if none was.
-    drift: Drift,
-    /// The part of its standard deviation that all points have in common, rad/s^2.
-    of_all: f64,
+    /// What was taken out of all pings; of infinite error if nothing was.
+    of_drift: Learnt,
 }
 
 /// Fits a ping whose channels are the `live` microphones.
@@ -367,32 +366,6 @@ fn drifts_of(jobs: &[(usize, usize, bool)], fitted: &[Fitted], points: usize) ->
     }
     let common: Vec<(Drift, f64)> = found.iter().map(|(d, omega)| (Drift::common(d), *omega)).collect();
     common.iter().map(|c| c.0).zip(learnt(&common)).collect()
-}
-
-/// The pings of one point with their frequencies at the end of the forcing, by the drift that they have in
-/// common, whose error is still to be added: single pings may hold a drift that none of them shows beyond its
-/// noise.
-fn without_drift(pings: Vec<(usize, Ping, Drift)>, common: &Drift) -> Vec<(usize, Ping)> {
-    let clear = |(repeat, mut ping, own): (usize, Ping, Drift)| {
-        if common.sd.is_finite() {
-            if own.is_significant() {
-                own.put_back(&mut ping);
-            }
-            ping.s.im -= common.rate * own.moment;
-        }
-        (repeat, ping)
-    };
-    pings.into_iter().map(clear).collect()
-}
-
-fn drift_in_words(point: &str, drift: &Drift, pings: &[(usize, Ping)]) -> String {
-    let frequency = pings.iter().map(|(_, p)| p.s.im).sum::<f64>() / pings.len().max(1) as f64;
-    format!(
-        "{point}: the frequency drifts by {:.4} +- {:.4} rad/s^2 during the decays, the speed of sound by {:.1e} per second; frequencies are those at the end of the forcing",
-        drift.rate,
-        drift.sd,
-        drift.rate / frequency
-    )
 }
 
 /// Number of records that [`process`] will read: calls of its `advance`.

@@ -12,8 +12,6 @@ use crate::{Fault, Trace};
 use rijke_numerics::C64;
 use std::f64::consts::TAU;
 
-pub use unstable::Unstable;
-
 /// Least share of the forcing that a tone after it must have to be called a leak. Neighbours and drift leave
 /// less.
 const LEAK: f64 = 2e-3;

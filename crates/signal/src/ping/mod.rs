@@ -22,7 +22,6 @@ mod silence;
 mod verdict;
 
 pub use chirp::Drift;
-pub use diagnosis::Unstable;
 pub use fit::fit_ping;
 pub use found::PingFit;
 pub use majority::{MajorityFit, fit_majority};

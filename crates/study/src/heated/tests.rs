@@ -256,7 +256,8 @@ fn order_slopes_of_the_temperature_are_its_derivatives() {
     }
 }
 
-/// The enthalpy of the gas and its cooling by many small steps, in a gas whose heat capacity grows by a third.
+/// The enthalpy of the gas and its cooling by many small steps, in a gas whose heat capacity grows by a
+/// third.
 #[test]
 fn oracle_a_flame_heats_gas_whose_heat_capacity_grows() {
     let gas = crate::rig::GasModel::Real(rijke_rig::Gas::air());

@@ -1,32 +1,8 @@
 //! Rigs that sound by themselves, so that no decay can be measured.
 
 use super::{ALIKE, BESIDE, SPAN, Whole};
-use crate::Fault;
-
-/// What a rig does by itself.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-pub enum Unstable {
-    /// A mode beside the wanted one grows.
-    #[error(
-        "another mode grows by itself when the loudspeaker is off: near {frequency_hz:.0} Hz, at about {growth_rate:.1} 1/s. The rig is unstable \
-         there, and no decay can be measured beside it: leave this point out, or damp that mode"
-    )]
-    Another {
-        /// Its frequency, Hz.
-        frequency_hz: f64,
-        /// Its growth rate, to some tens of per cent, 1/s.
-        growth_rate: f64,
-    },
-    /// A tone is as loud from the first sample to the last.
-    #[error(
-        "a tone at {frequency_hz:.1} Hz is as loud before the forcing and at the end of the record as within it: the rig oscillates by itself, \
-         or the loudspeaker is never off. No decay can be measured there; the frequency of a limit cycle goes into modes.csv, without a growth rate"
-    )]
-    Oscillates {
-        /// Its frequency, Hz.
-        frequency_hz: f64,
-    },
-}
+use crate::error::Fault;
+use crate::unstable::Unstable;
 
 /// Stretches in which a mode is seen to grow, by what factor in all, how clearly (slope of ln amplitude over
 /// its standard deviation), and up to what frequency one is sought, Hz.
@@ -35,8 +11,8 @@ const GROWN: f64 = 1.3;
 const SURELY: f64 = 6.0;
 const HIGHEST: f64 = 5000.0;
 impl Whole<'_> {
-    /// The loudest tone of the record, which is alike at its beginning, its end and its loudest moment, and is
-    /// no hum.
+    /// The loudest tone of the record, which is alike at its beginning, its end and its loudest moment, and
+    /// is no hum.
     pub(super) fn by_itself(&self) -> Option<Fault> {
         let (white, frequency_hz) = (self.white(), self.loudest_hz);
         let [first, loudest, last] =

@@ -1,0 +1,26 @@
+//! What is said of a rig that sounds by itself, so that no decay can be measured.
+
+/// What a rig does by itself.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum Unstable {
+    /// A mode beside the wanted one grows.
+    #[error(
+        "another mode grows by itself when the loudspeaker is off: near {frequency_hz:.0} Hz, at about {growth_rate:.1} 1/s. The rig is unstable \
+         there, and no decay can be measured beside it: leave this point out, or damp that mode"
+    )]
+    Another {
+        /// Its frequency, Hz.
+        frequency_hz: f64,
+        /// Its growth rate, to some tens of per cent, 1/s.
+        growth_rate: f64,
+    },
+    /// A tone is as loud from the first sample to the last.
+    #[error(
+        "a tone at {frequency_hz:.1} Hz is as loud before the forcing and at the end of the record as within it: the rig oscillates by itself, \
+         or the loudspeaker is never off. No decay can be measured there; the frequency of a limit cycle goes into modes.csv, without a growth rate"
+    )]
+    Oscillates {
+        /// Its frequency, Hz.
+        frequency_hz: f64,
+    },
+}
