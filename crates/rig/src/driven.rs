@@ -26,7 +26,7 @@ pub struct Driven {
     /// A specimen whose transmission loss is wanted.
     pub transmission: Option<Specimen>,
     /// What `[microphones]` states.
-    microphones: Option<MicrophoneKeys>,
+    pub(crate) microphones: Option<MicrophoneKeys>,
 }
 
 /// How records become spectra.

@@ -134,6 +134,15 @@ impl Excitation {
         }
     }
 
+    /// Whether `[microphones]` states gains, a sensitivity among them, by which numbers are divided later.
+    fn states_gains(&self) -> bool {
+        match self {
+            Self::Blow(_) => false,
+            Self::Comparison(found) => found.microphones.is_some(),
+            Self::Driven(driven) => driven.microphones.is_some(),
+        }
+    }
+
     /// A file that one list has twice, where two measurements ought to be: its two places.
     fn listed_twice(&self) -> Option<[String; 2]> {
         self.lists().into_iter().find_map(|list| {
@@ -282,7 +291,7 @@ impl ExcitedRecords {
             rate_hz: self.rate_hz,
             quiet: 0,
             arrays: &self.arrays,
-            reading: &Reading { names, ..Reading::default() },
+            reading: &Reading { names, volts_stay: self.excitation.states_gains(), ..Reading::default() },
         };
         read_record(&path, layout)
     }

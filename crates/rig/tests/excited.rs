@@ -24,6 +24,27 @@ fn told(name: &str, manifest: &str) -> String {
 }
 
 #[test]
+fn exact_volts_of_a_sweep_are_divided_by_their_gains() {
+    let stated = "[microphones]\nsensitivity = ['50 mV/Pa', '2 mV/Pa']\ngain_sd = '1 %'\ndelay_sd = '5 us'\n";
+    let (with, without) =
+        (folder("volts", &format!("{HEAD}{SWEEP}{stated}")), folder("bare", &format!("{HEAD}{SWEEP}")));
+    let text = "p [mV],q [V]\n50,0.004\n100,0.006\n";
+    for folder in [&with, &without] {
+        std::fs::write(folder.join("v.csv"), text).unwrap();
+    }
+    let sweep = ExcitedRecords::open(&with).unwrap().unwrap();
+    let Excitation::Driven(driven) = &sweep.excitation else { panic!("{sweep:?}") };
+    let (gains, record) =
+        (driven.stated(2, &sweep.path).unwrap().unwrap().gains, sweep.read("v.csv", Some(2)).unwrap());
+    let pascals =
+        |m: usize| record.channels[m].iter().map(|v| (v / gains[m] * 1e9).round() / 1e9).collect::<Vec<_>>();
+    assert_eq!([pascals(0), pascals(1)], [[1.0, 2.0], [2.0, 3.0]]);
+    let bare = ExcitedRecords::open(&without).unwrap().unwrap();
+    let said = bare.read("v.csv", Some(2)).unwrap_err().to_string();
+    assert!(said.contains("the numbers are volts, and microphone 0 has no `sensitivity`"), "{said}");
+}
+
+#[test]
 fn exact_manifests_are_read_with_their_records() {
     let random = ExcitedRecords::open(&folder("random", &format!("{HEAD}{RANDOM}"))).unwrap().unwrap();
     assert!(

@@ -35,6 +35,7 @@ impl Manifest {
             unit: unit("unit", self.unit.as_deref())?,
             full_scale_in_volts,
             sensitivities: channels.sensitivities,
+            volts_stay: false,
             dead: Vec::new(),
         };
         let days: BTreeMap<&str, usize> =

@@ -123,7 +123,10 @@ impl Reading {
         numbers: Numbers,
     ) -> Result<(f64, f64), Problem> {
         let stated = self.sensitivities.get(microphone).copied();
-        let volts = |factor: f64| stated.map(|s| factor / s).ok_or(Problem::NoSensitivity { microphone });
+        let stay = |factor: f64| self.volts_stay.then_some(factor);
+        let volts = |factor: f64| {
+            stated.map(|s| factor / s).or_else(|| stay(factor)).ok_or(Problem::NoSensitivity { microphone })
+        };
         if let Numbers::Steps(steps, full_scale) = numbers {
             let limit = if self.full_scale_in_volts { volts(full_scale)? } else { full_scale };
             return Ok((limit / steps, limit));

@@ -23,6 +23,8 @@ pub struct Reading {
     pub full_scale_in_volts: bool,
     /// Sensitivity of each microphone, V/Pa; empty if they are not stated.
     pub sensitivities: Vec<f64>,
+    /// Whether numbers in V stay what they are where no sensitivity is stated here: it is among the gains.
+    pub volts_stay: bool,
     /// Microphones that recorded nothing of use. A record has no samples of them.
     pub dead: Vec<usize>,
 }

@@ -108,6 +108,11 @@ impl Trainer {
                     keep_others(&from, &to, &[])?;
                 }
             }
+            // It may stand beside the study, too.
+            let readings = self.dir.join("readings.csv");
+            if readings.is_file() {
+                fs::copy(&readings, self.seen.join("readings.csv"))?;
+            }
             Ok::<_, std::io::Error>(())
         };
         copy().or_failed().map_err(|f| f.at(&self.seen))?;

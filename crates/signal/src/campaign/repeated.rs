@@ -49,13 +49,49 @@ pub(super) fn turn_inverted(
     turned
 }
 
-/// Mean of the pings; outliers move to the rejections.
+/// Part of their frequency by which pings of one mode never differ: the speed of sound of a point is steadier.
+const OTHER: f64 = 0.03;
+
+/// Pings of other modes than most move to the rejections; all of them, where none has most.
+fn leave_one_mode(pings: &mut Vec<(usize, Ping)>, names: &[String], rejections: &mut Vec<Rejection>) {
+    let mut ascending: Vec<f64> = pings.iter().map(|(_, p)| p.s.im).collect();
+    ascending.sort_by(f64::total_cmp);
+    let groups: Vec<&[f64]> = ascending.chunk_by(|a, b| b - a < OTHER * b.abs()).collect();
+    if groups.len() < 2 {
+        return;
+    }
+    let hertz = |group: &[f64]| group[group.len() / 2] / std::f64::consts::TAU;
+    let all = groups.iter().map(|g| format!("{} at {:.1} Hz", g.len(), hertz(g)));
+    let all = all.collect::<Vec<_>>().join(", ");
+    let most = groups.iter().find(|g| 2 * g.len() > pings.len()).map(|g| [g[0], g[g.len() - 1]]);
+    let which = match most {
+        Some(_) => "this is not the mode of most",
+        None => "no mode has most of them",
+    };
+    pings.retain(|(name, ping)| {
+        let keep = most.is_some_and(|[low, high]| (low..=high).contains(&ping.s.im));
+        if !keep {
+            rejections.push(Rejection {
+                record: names[*name].clone(),
+                reason: format!(
+                    "{:.1} Hz: the pings of this point are of several modes ({all}), and {which}. Give the band of one mode, `band_hz` in the \
+                     manifest or --band, and process the records once for each",
+                    ping.s.im / std::f64::consts::TAU
+                ),
+            });
+        }
+        keep
+    });
+}
+
+/// Mean of the pings; outliers and other modes move to the rejections.
 pub(super) fn combine_pings(
     pings: &mut Vec<(usize, Ping)>,
     names: &[String],
     numbers: &[usize],
     rejections: &mut Vec<Rejection>,
 ) -> Option<Repeats> {
+    leave_one_mode(pings, names, rejections);
     let reference = pings.first()?.1.reference;
     let values: Vec<(f64, Vec<f64>, Matrix)> =
         pings.iter().map(|(n, p)| (*n as f64, p.vector(), p.covariance.clone())).collect();
@@ -128,6 +164,34 @@ mod tests {
         let rows = |i: usize| if i < 2 { 1.0 } else { sign([0, 2, 3][(i - 2) / 2]) * sign(1) };
         let covariance = Matrix::from_fn(8, 8, |i, j| rows(i) * rows(j) / (1.0 + i.abs_diff(j) as f64));
         (0, Ping { s: C64::new(-9.0, 1070.0), pressures, reference: 1, covariance })
+    }
+
+    #[test]
+    fn message_pings_of_two_modes_are_never_averaged() {
+        let left = |hertz: &[f64]| {
+            let at = |(n, hz): (usize, &f64)| {
+                let (_, mut ping) = ping(&[]);
+                ping.s.im = hz * std::f64::consts::TAU;
+                (n, ping)
+            };
+            let mut pings: Vec<_> = hertz.iter().enumerate().map(at).collect();
+            let names: Vec<String> = (0..hertz.len()).map(|n| format!("ping-{n}")).collect();
+            let mut rejections = Vec::new();
+            leave_one_mode(&mut pings, &names, &mut rejections);
+            (pings.iter().map(|p| p.0).collect::<Vec<_>>(), rejections)
+        };
+        // A degree of air is 0.2 %.
+        assert_eq!(left(&[170.0, 170.9, 169.1]), (vec![0, 1, 2], Vec::new()));
+        let (kept, said) = left(&[52.2, 219.2, 52.3, 52.1]);
+        assert_eq!((kept, said.len(), said[0].record.as_str()), (vec![0, 2, 3], 1, "ping-1"));
+        for part in ["219.2 Hz: ", "3 at 52.2 Hz, 1 at 219.2 Hz", "not the mode of most", "`band_hz`"] {
+            assert!(said[0].reason.contains(part), "{}", said[0].reason);
+        }
+        let (kept, said) = left(&[52.2, 219.2, 52.3, 219.1]);
+        assert!(
+            kept.is_empty() && said.len() == 4 && said[3].reason.contains("no mode has most"),
+            "{said:?}"
+        );
     }
 
     #[test]
