@@ -24,8 +24,8 @@ pub(crate) struct Common {
     causes: Vec<Cause>,
     /// How many of them earlier stages tell of: each of these is a direction of its own.
     known: usize,
-    /// For each cause its shares in the directions, orthonormal columns: those that are known, then the
-    /// others, the most important first.
+    /// For each cause its shares in the directions, orthonormal columns: those that are known, a drift, then
+    /// the others, the most important first.
     shares: Matrix,
     /// The change of each number of each point, point after point, per direction.
     slopes: Matrix,
@@ -63,9 +63,13 @@ impl Common {
         let (mut all, new): (Vec<_>, Vec<_>) =
             causes.into_iter().zip(columns).chain(idle).partition(|(cause, _)| training.knows(cause));
         let known = all.len();
-        all.extend(new);
+        // A drift moves the data and no prediction: mixed with a cause that moves both alike, as a temperature
+        // does, the difference of the two would be lost.
+        let (drift, new): (Vec<_>, Vec<_>) = new.into_iter().partition(|(cause, _)| *cause == Cause::Drift);
+        let alone = known + drift.len();
+        all.extend(drift.into_iter().chain(new));
         let (causes, columns): (Vec<Cause>, Vec<Vec<f64>>) = all.into_iter().unzip();
-        let others = &columns[known..];
+        let others = &columns[alone..];
         // Numbers that were not measured have no weight.
         let weigh = |u: &Used| {
             let mut weights = vec![0.0; u.size()];
@@ -82,12 +86,12 @@ impl Common {
         });
         let mut kept = principal_directions(&gram)?;
         kept.retain(|(value, _)| *value > NEGLIGIBLE);
-        let share = |j: usize, k: usize| match (j.checked_sub(known), k.checked_sub(known)) {
+        let share = |j: usize, k: usize| match (j.checked_sub(alone), k.checked_sub(alone)) {
             (Some(j), Some(k)) => kept[k].1[j],
             (None, None) => f64::from(u8::from(j == k)),
             _ => 0.0,
         };
-        let shares = Matrix::from_fn(causes.len(), known + kept.len(), share);
+        let shares = Matrix::from_fn(causes.len(), alone + kept.len(), share);
         let slopes = Matrix::from_fn(rows, shares.columns(), |row, k| {
             (0..causes.len()).map(|j| shares[(j, k)] * columns[j][row]).sum()
         });
