@@ -63,8 +63,8 @@ impl Common {
         let (mut all, new): (Vec<_>, Vec<_>) =
             causes.into_iter().zip(columns).chain(idle).partition(|(cause, _)| training.knows(cause));
         let known = all.len();
-        // A drift moves the data and no prediction: mixed with a cause that moves both alike, as a temperature
-        // does, the difference of the two would be lost.
+        // A drift moves the data and no prediction: mixed with a cause that moves both alike, as a
+        // temperature does, the difference of the two would be lost.
         let (drift, new): (Vec<_>, Vec<_>) = new.into_iter().partition(|(cause, _)| *cause == Cause::Drift);
         let alone = known + drift.len();
         all.extend(drift.into_iter().chain(new));

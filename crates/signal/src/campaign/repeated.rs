@@ -49,7 +49,8 @@ pub(super) fn turn_inverted(
     turned
 }
 
-/// Part of their frequency by which pings of one mode never differ: the speed of sound of a point is steadier.
+/// Part of their frequency by which pings of one mode never differ: the speed of sound of a point is
+/// steadier.
 const OTHER: f64 = 0.03;
 
 /// Pings of other modes than most move to the rejections; all of them, where none has most.
