@@ -106,16 +106,10 @@ impl Cause {
         })
     }
 
-    /// Whether its error is by definition that of other installations too, wherever there are such points.
+    /// Whether its error is that of all installations, wherever they are.
     #[must_use]
     pub fn is_of_many(&self) -> bool {
-        match self {
-            Self::Ambient(by) | Self::Reading(_, by) | Self::Flow(by) => {
-                matches!(by, Sharing::Day(_) | Sharing::All)
-            }
-            Self::Part(_) | Self::Law { .. } | Self::Drift => true,
-            Self::Factor { .. } | Self::Inferred(_) => false,
-        }
+        matches!(self, Self::Drift)
     }
 }
 
