@@ -15,8 +15,8 @@ use rijke_study::Cause;
 /// numbers into one block; taken as noise of each point, they would seem to vanish in the mean over points.
 /// As parameters with a prior of 0 +- 1, in which the prediction is linear, they do neither, and what the
 /// sound says of the flow is not lost. A cause of which later stages have points is one of them, whoever
-/// shares it here; what is learnt of it goes on ([`Common::learned`]), and there it is a parameter again, with
-/// that for its prior.
+/// shares it here; what is learnt of it goes on ([`Common::learned`]), and there it is a parameter again,
+/// with that for its prior.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Common {
     /// The causes: those of which earlier stages tell, then those that installations share, or a
