@@ -228,6 +228,24 @@ fn exact_without_heating_nothing_moves() {
 }
 
 #[test]
+fn exact_walls_and_orifices_delay_a_click() {
+    // Kirchhoff's retardation of a pulse of 1 kHz in a tube of radius a = 23.7 mm, sqrt(nu/(2 omega))/a (1 +
+    // (gamma - 1)/sqrt(Pr)), of air at 20 C by handbooks; orifices as long as L delay by L/(2c) beyond them.
+    let (speed, viscosity, ratio, prandtl): (f64, f64, f64, f64) = (343.2, 1.506e-5, 1.4, 0.71);
+    let layer = (viscosity / (4000.0 * PI)).sqrt() / 0.0237 * (1.0 + (ratio - 1.0) / prandtl.sqrt());
+    let pipe = Pipe::new(&rig(), &Closures::default(), 0.25, 1).unwrap();
+    let gas = pipe.steady(&TubeParameters::default(), 0.0, AMBIENT).unwrap().gas;
+    let [mut plain, mut late] = [Vec::new(), Vec::new()];
+    pipe.arrival_times(&gas, 0.0, &mut plain);
+    pipe.arrival_times(&gas, 0.08, &mut late);
+    for (x, (t, late)) in pipe.microphones().zip(plain.into_iter().zip(late)) {
+        assert_relative_eq!(t * speed / x - 1.0, layer, max_relative = 0.02);
+        let beyond = if x > 0.25 { 0.08 / (2.0 * speed) } else { 0.0 };
+        assert_relative_eq!(late - t, beyond, epsilon = 1e-7);
+    }
+}
+
+#[test]
 fn exact_cold_walls_turn_the_flow_round() {
     let pipe = Pipe::new(&rig(), &Closures::default(), 0.25, 1).unwrap();
     let mut gas = Draught::empty();

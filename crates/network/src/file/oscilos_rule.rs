@@ -82,4 +82,12 @@ mod tests {
             }
         }
     }
+    #[test]
+    fn exact_long_waves_radiate_as_a_point_source() {
+        // |R| = 1 - 2 (radiation resistance) = 1 - (ka)^2/2 in the open, twice that before a wall.
+        for (end, part) in [(unflanged as fn(f64) -> C64, 0.5), (flanged, 1.0)] {
+            let lost = (1.0 - end(1e-4).norm()) / 1e-8;
+            assert!((lost / part - 1.0).abs() < 1e-3, "{lost} {part}");
+        }
+    }
 }

@@ -183,7 +183,24 @@ mod tests {
                 }
             }
             let mean = volume * 2.0 / f64::from(n * n);
-            assert!((matching_length(d) / mean - 1.0).abs() < 0.03, "{d}: {} {mean}", matching_length(d));
+            assert!((matching_length(d) / mean - 1.0).abs() < 0.01, "{d}: {} {mean}", matching_length(d));
+        }
+    }
+    #[test]
+    fn oracle_series_corrections_fall_as_the_first_mode_across_a_hole() {
+        // Across the hole flow decays with its depth as e^(-k z) with J1'(k) = 0: 1/correction goes from that
+        // of no depth to that of any as tanh(k height).
+        let bessel = |order: f64, x: f64| complex_bessel::besselj(order, C64::new(x, 0.0)).unwrap().re;
+        let slope = |x: f64| bessel(0.0, x) - bessel(1.0, x) / x;
+        let (mut low, mut high) = (1.0, 3.0);
+        for _ in 0..50 {
+            let middle = 0.5 * (low + high);
+            if slope(middle) > 0.0 { low = middle } else { high = middle }
+        }
+        for delta in [0.2, 0.7] {
+            let inverse = |height: f64| -series_correction(delta, height).recip();
+            let risen = (inverse(0.5) - inverse(0.0)) / (inverse(1e3) - inverse(0.0));
+            assert!((risen.atanh() / 0.5 - low).abs() < 2e-3, "{delta}: {} {low}", risen.atanh() / 0.5);
         }
     }
 }

@@ -118,6 +118,32 @@ fn exact_energy_budget_closes() {
 }
 
 #[test]
+fn exact_laws_share_the_power_of_a_place_by_weight_and_value() {
+    let mut net = Network::cut_tube(rig_segment(), &[0.3]).unwrap();
+    close_with_paper_ends(&mut net);
+    net.attach(Slot::Mu(1), 0, 0.3).unwrap();
+    net.attach(Slot::Mu(1), 1, 2.0).unwrap();
+    net.attach(Slot::Ep(1), 2, 0.7).unwrap();
+    net.attach(Slot::Eu(1), 3, 0.5).unwrap();
+    net.attach(Slot::Mp(1), 4, 0.6).unwrap();
+    let screens = given(0, 5, |_, laws| {
+        for (law, value) in [5.0, 7.0, 1e-4, 0.1, 0.2].into_iter().enumerate() {
+            laws.set_analytic(law, [c(value, 0.0), C64::ZERO, C64::ZERO]);
+        }
+    });
+    let mut work = Workspace::default();
+    let budget = net.budget(&screens, &root(&net, &screens, c(-5.0, 1040.0)), &mut work);
+    let [exchange] = &budget.places[..] else { panic!("{budget:?}") };
+    let [mu, mp, eu, ep] = exchange.power;
+    assert!([mu, mp, eu, ep].iter().all(|power| power.abs() > 0.1), "{exchange:?}");
+    let parts = [1.5 / 15.5 * mu, 14.0 / 15.5 * mu, ep, eu, mp];
+    for (law, part) in parts.into_iter().enumerate() {
+        let power: f64 = exchange.laws.iter().filter(|l| l.0 == law).map(|l| l.1).sum();
+        assert!((power / part - 1.0).abs() < 1e-12, "{law}: {power} {part}");
+    }
+}
+
+#[test]
 fn exact_radiation_of_levine_schwinger_ends() {
     // A lossless tube with two Levine-Schwinger ends loses energy by radiation alone.
     let a = 0.0237;

@@ -5,7 +5,9 @@ use crate::common_laws::{c, given};
 use crate::mean_flow::{GAMMA, end, inlet};
 use rijke_network::file::{OscilosTexts, by_the_rule_of_oscilos, read, read_oscilos};
 use rijke_network::flow_chain::{ActionKind, FlowChain, FlowDuct};
-use rijke_network::laws::{Law, Table, TableError, TableRow, choked_inlet, choked_outlet};
+use rijke_network::laws::{
+    Law, Table, TableError, TableRow, choked_inlet, choked_outlet, thick_wall_correction,
+};
 use rijke_network::{At, Laws, Network, NetworkError, Region, Segment, Slot, Workspace, levine_schwinger};
 use rijke_numerics::C64;
 use std::f64::consts::PI;
@@ -21,6 +23,17 @@ fn oracle_the_long_wave_end_correction_is_that_of_the_integrals() {
             assert!((got - exact).norm() < 1e-7, "{got} {exact}");
         }
     }
+}
+
+#[test]
+fn oracle_a_very_thick_wall_has_the_end_correction_of_a_tube_in_a_baffle() {
+    // 0.82159 radii (Norris & Sheng 1989, J. Sound Vib. 135, 85); one of a thin wall is 0.21 shorter.
+    let (radius, sound_speed) = (0.02, 340.0);
+    let correction = thick_wall_correction(radius, 1e6 * radius);
+    let law = Law::Unflanged { radius, sound_speed, correction };
+    let ka = 1e-3;
+    let length = -(-law.analytic(c(0.0, ka * sound_speed / radius))[0]).ln().im / (2.0 * ka);
+    assert!((length - 0.82159).abs() < 1e-3, "{length}");
 }
 
 #[test]

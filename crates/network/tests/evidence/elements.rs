@@ -4,7 +4,7 @@
 use crate::common_laws::c;
 use rijke_network::file::{Built, ElementProblem, FileError, Warning, read};
 use rijke_network::laws::{Law, Table, TableError, TableRow};
-use rijke_network::{Modes, Workspace};
+use rijke_network::{At, Laws, Modes, Network, Segment, Workspace};
 use rijke_numerics::C64;
 use std::f64::consts::PI;
 
@@ -91,6 +91,24 @@ fn oracle_a_reference_downstream_closes_a_loop() {
         let root = rijke_network::Root { s: mode.s, steps: 0, residual: 0.0 };
         assert!(built.network.budget(&built.laws, &root, &mut Workspace::default()).mismatch() < 1e-8);
     }
+}
+
+#[test]
+fn exact_the_loop_of_a_source_downstream_opens_at_its_poles() {
+    // u_ref = u cosh(s x/c) - p sinh(s x/c)/(rho c), u the velocity behind the source: 1 - T cosh(s x/c).
+    let segments = [(0.4, 1e-3), (0.6, 2e-3)].map(|(l, area)| Segment::new(l, area, 340.0, 1.2));
+    let net = Network::new(segments.to_vec()).unwrap();
+    let source = net.remote_source(1, 0.25, true, 0, &[]).unwrap();
+    let (s, t) = (c(-40.0, 900.0), c(0.7, -0.4));
+    let at = At::search(s);
+    let mut laws = Laws::default();
+    laws.reset(1, &at);
+    laws.set_analytic(0, [t, C64::ZERO, C64::ZERO]);
+    let open = source.open_loop(&at, &laws).unwrap().value();
+    let exact = 1.0 - t * (s * 0.25 / 340.0).cosh();
+    assert!((open - exact).norm() < 1e-13, "{open} {exact}");
+    let upstream = net.remote_source(1, 0.25, false, 0, &[]).unwrap();
+    assert!(upstream.open_loop(&at, &laws).is_none());
 }
 
 #[test]

@@ -231,9 +231,9 @@ fn exact_values_alone_are_those_of_the_jets() {
             for (alone, jets) in both(Order::Value).into_iter().zip(both(Order::First)) {
                 let largest = jets.iter().map(|z| z.norm()).fold(0.0, f64::max);
                 for (alone, jet) in alone.into_iter().zip(jets) {
-                    // A pressure at a closed end moves nothing at all.
+                    // A pressure at a closed end moves nothing but for rounding of 1/(rho c), 2e-3.
                     assert!(
-                        (alone - jet).norm() < 1e-12 * largest + 1e-18,
+                        (alone - jet).norm() < 1e-12 * largest + 1e-15,
                         "{hertz} {place}: {alone} against {jet}"
                     );
                 }

@@ -131,4 +131,18 @@ mod tests {
         // The cold arrival time of the flow's acceptance list: 0.95 m at c(293.15 K) in 2.767067 ms.
         assert_relative_eq!(0.95 / air.sound_speed, 2.767_067e-3, max_relative = 3e-7);
     }
+
+    #[test]
+    fn oracle_air_from_cold_to_hot() {
+        let at = |kelvin: f64| Gas::air().at(kelvin, 101_325.0);
+        // U.S. Standard Atmosphere 1976, table 3: 1.4216e-5 Pa s at 216.65 K.
+        assert_relative_eq!(at(216.65).viscosity, 1.4216e-5, max_relative = 1e-3);
+        // Incropera & DeWitt, table A.4: heat capacity, J/(kg K), and conductivity, W/(m K).
+        for (kelvin, heat, conductivity) in
+            [(300.0, 1007.0, 0.0263), (600.0, 1051.0, 0.0469), (1000.0, 1141.0, 0.0667)]
+        {
+            assert_relative_eq!(at(kelvin).specific_heat, heat, max_relative = 6e-3);
+            assert_relative_eq!(at(kelvin).conductivity, conductivity, max_relative = 0.02);
+        }
+    }
 }

@@ -238,6 +238,16 @@ mod tests {
     use crate::tube::parameters::unknowns;
 
     #[test]
+    fn exact_intervals_are_images_of_those_of_the_scores() {
+        let half = Matrix::from_fn(UNKNOWNS, UNKNOWNS, |i, j| if i == j { 0.25 } else { 0.0 });
+        let estimate = Estimate::new(&unknowns(), Vec::new(), vec![0.0; UNKNOWNS], half).unwrap();
+        let value = |unknown: usize, sds: f64| estimate.value(unknown, sds).unwrap();
+        // C_d is uniform from 3 to 20, and Phi(1) = 0.8413447461; factors of the power are normal, 1 +- 0.01.
+        assert!((value(0, 2.0) - (3.0 + 17.0 * 0.841_344_746_1)).abs() < 1e-8);
+        assert!((value(6, -2.0) - 0.99).abs() < 1e-14 && (value(6, 1.0) - 1.005).abs() < 1e-14);
+    }
+
+    #[test]
     fn oracle_base_state_errors_are_derivatives_along_the_unknowns() {
         let pipe = Pipe::new(&TubeRig::juniper_yoko_2022(), &Closures::default(), 0.25, 1).unwrap();
         let names: Vec<String> = unknowns().iter().map(|p| p.name.clone()).collect();
