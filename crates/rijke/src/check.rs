@@ -5,9 +5,8 @@ mod records;
 
 use crate::{
     failure::Failure,
-    made_of::warn_of_records,
     number,
-    study::{measured, observations, of_the_engine, open, warn_of_copies, warn_of_doubts},
+    study::{measured, observations, of_the_engine, open, warn_of_copies, warn_of_doubts, warn_of_records},
     study_responses,
     ui::Ui,
 };

@@ -9,12 +9,12 @@ use crate::{
     number, process,
     results::Trust,
     run,
-    staging::{Lock, keep_others},
     study::{observations, open, without_responses},
     ui::Ui,
 };
 use page::{Part, Status};
 use rijke_engine::run::{Leading, Sequence, Trusted};
+use rijke_numerics::{Lock, keep_others};
 use rijke_rig::{Arrivals, Arrived, Observations, RecordFolder, RecordSource};
 use rijke_signal::{Kept, Processed};
 use serde_json::json;
@@ -31,7 +31,7 @@ use training::{Job, Trainer};
     stopped growing and can be read as the manifest says. Other files are listed with the reason, and read again when they change.\n\
     The command writes DIR/observations and DIR/live with its page index.html. Every record moves the leading models of each stage\n\
     at once, to first order; these models are trained again in the background, and all models when no file has come for a while.\n\
-    When every file is there, DIR/results is written as `rijke run --force` writes it, to the byte. End it with Ctrl-C. Started\n\
+X
     again, it goes on with what is there.")]
 pub(crate) struct Args {
     /// Folder of the study.
@@ -115,7 +115,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
             (checked, finished, last_change) = (false, false, Instant::now());
         }
         watch.collect()?;
-        let complete = look.records.is_some() && look.awaited == 0 && look.unusable.is_empty();
+        let complete = look.records.is_some() && look.awaited == 0 && look.unusable.len() == look.copies;
         let calm = last_change.elapsed().as_secs_f64() > args.calm;
         if complete && !finished && (calm || args.until_complete) {
             match watch.finish() {
