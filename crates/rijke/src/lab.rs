@@ -128,6 +128,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     drop(progress);
     folder.commit()?;
     let points = lab.set().points.len();
-    ui.note(format!("{}: {records} records of {points} operating points", args.out.display()));
+    let said = [number::counted(records, "record"), number::counted(points, "operating point")];
+    ui.note(format!("{}: {}", args.out.display(), said.join(" of ")));
     ui.result(&json!({ "dir": args.out, "records": records, "points": points }))
 }

@@ -244,7 +244,8 @@ fn tell(processed: &Processed, out: &Path, ui: &Ui) -> Result<(), Failure> {
         format!("; {count} of these for one reason, first {}: {}", first.record, first.reason)
     });
     ui.note(format!(
-        "{shown}: {records} records, {rejected} rejected (reasons in rejections.csv){corrected}{why}"
+        "{shown}: {}, {rejected} rejected (reasons in rejections.csv){corrected}{why}",
+        number::counted(records, "record")
     ));
     let of_point = |p: &PointObservations| {
         let ping = p.ping.as_ref();

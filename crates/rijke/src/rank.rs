@@ -244,8 +244,7 @@ impl Results {
 
 /// The models of a stage, best first.
 fn table(ui: &Ui, stage: &StageRecord) {
-    let modes = stage.measured.len();
-    ui.say(format!("{} ({modes} {})", stage.title, if modes == 1 { "mode" } else { "modes" }));
+    ui.say(format!("{} ({})", stage.title, number::counted(stage.measured.len(), "mode")));
     let models = stage.by_evidence();
     let best = models.first().map_or(0.0, |m| m.ln_evidence());
     let of_all = stage.remarks_of_all();

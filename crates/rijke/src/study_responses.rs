@@ -190,9 +190,9 @@ fn table(ui: &Ui, stage: &ResponseStageRecord) {
     let count: usize = stage.loads.iter().map(|l| l.frequency_hz.len()).sum();
     let all: usize = stage.loads.iter().map(|l| l.of).sum();
     ui.say(format!(
-        "{} ({} responses, {count} of the {all} complex numbers in their files)",
+        "{} ({}, {count} of the {all} complex numbers in their files)",
         stage.title,
-        stage.loads.len()
+        number::counted(stage.loads.len(), "response")
     ));
     let models = stage.by_evidence();
     let best = models.first().map_or(0.0, |m| m.ln_evidence());

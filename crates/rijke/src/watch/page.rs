@@ -209,7 +209,7 @@ fn table(leads: &Leads, open: bool) -> String {
     };
     let new = match leads.new.len() {
         0 => String::new(),
-        n => format!(", {n} points newer than the training"),
+        n => format!(", {} newer than the training", crate::number::counted(n, "point")),
     };
     format!(
         "<details{}><summary>{}{new}</summary><table><tr><th>model</th><th>nats behind</th><th>parameters</th></tr>{}</table></details>\n",
