@@ -224,7 +224,10 @@ pub(super) fn residuals(head: &StudyHead, stage: &StageRecord) -> String {
     let factors: String = varying.iter().map(heading).collect();
     let number = |pair: Option<[f64; 2]>, predicted: f64| match pair {
         Some([value, sd]) => {
-            format!("<td class=\"n\">{}</td><td class=\"n\">{predicted:.3}</td>", with_uncertainty(value, sd))
+            // With the digits of what was measured.
+            let places = if sd > 0.0 { (1.0 - sd.log10().floor()).clamp(0.0, 9.0) as usize } else { 3 };
+            let predicted = format!("{predicted:.places$}");
+            format!("<td class=\"n\">{}</td><td class=\"n\">{predicted}</td>", with_uncertainty(value, sd))
         }
         None => format!("<td></td><td class=\"n\">{predicted:.3}</td>"),
     };

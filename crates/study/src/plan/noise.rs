@@ -1,8 +1,5 @@
 //! What is assumed of the misfit of a model, as `study.toml` says it.
 
-use super::Plan;
-use super::ids::known_stage;
-use crate::{Campaign, Catalogue, StudyProblem};
 use serde::Deserialize;
 
 /// A standard deviation: known, sought, or taken from an earlier stage.
@@ -121,23 +118,6 @@ impl Default for NoiseSpec {
 }
 
 impl NoiseSpec {
-    /// Checks that every stage, factor and role that it names exists.
-    ///
-    /// # Errors
-    /// [`StudyProblem::Unknown`].
-    pub fn check(&self, plan: &Plan, campaign: &Campaign, catalogue: &Catalogue) -> Result<(), StudyProblem> {
-        for sd in self.all() {
-            if let SdSpec::Like { stage, .. } = sd {
-                known_stage(plan, stage)?;
-            }
-        }
-        if let Some(law) = &self.law {
-            campaign.known_factor(&law.over)?;
-            catalogue.known_role(&law.role)?;
-        }
-        Ok(())
-    }
-
     /// Every standard deviation that may be taken from an earlier stage.
     pub fn all(&self) -> impl Iterator<Item = &SdSpec> {
         [&self.growth_rate, &self.angular_frequency, &self.pressure]

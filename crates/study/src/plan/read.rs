@@ -3,7 +3,7 @@
 use super::ids::{known_stage, short_id};
 use super::maps::MapFile;
 use super::stands::{counted_once, known_ground};
-use super::{Base, Cost, HeatedFlow, NoiseSpec, Plan, Prefer, Selection, Stage};
+use super::{Base, Cost, HeatedFlow, NoiseSpec, Plan, Prefer, SdSpec, Selection, Stage};
 use crate::source::{Source, listed};
 use crate::{Campaign, Catalogue, Rig, StudyError, StudyProblem};
 use rijke_rig::Given;
@@ -295,5 +295,24 @@ impl Check<'_> {
         };
         counted_once(plan, &stage)?;
         Ok(stage)
+    }
+}
+
+impl NoiseSpec {
+    /// Checks that every stage, factor and role that it names exists.
+    ///
+    /// # Errors
+    /// [`StudyProblem::Unknown`].
+    pub fn check(&self, plan: &Plan, campaign: &Campaign, catalogue: &Catalogue) -> Result<(), StudyProblem> {
+        for sd in self.all() {
+            if let SdSpec::Like { stage, .. } = sd {
+                known_stage(plan, stage)?;
+            }
+        }
+        if let Some(law) = &self.law {
+            campaign.known_factor(&law.over)?;
+            catalogue.known_role(&law.role)?;
+        }
+        Ok(())
     }
 }

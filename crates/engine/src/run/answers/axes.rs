@@ -43,7 +43,7 @@ impl Run {
     }
 
     /// A column per factor.
-    pub(in super::super) fn factor_columns(&self) -> Vec<FrameColumn> {
+    pub(crate) fn factor_columns(&self) -> Vec<FrameColumn> {
         self.study.campaign.factors.iter().map(factor_column).collect()
     }
 
@@ -112,7 +112,7 @@ pub(super) fn missed(x_label: &str, frame: usize, modes: &[Option<&str>]) -> Vec
 }
 
 /// The column of a factor: its numbers in SI, shown in the unit of the campaign.
-pub(in super::super) fn factor_column(factor: &Factor) -> FrameColumn {
+pub(crate) fn factor_column(factor: &Factor) -> FrameColumn {
     let (unit, shown) = (factor.unit_in_print(), &factor.shown);
     let other = (unit != shown.text()).then(|| ShownUnit {
         unit: shown.to_string(),
