@@ -2,6 +2,7 @@
 
 use super::{PLAN, closed_form, two_points};
 use rijke_engine::run::{Run, Trusted, keys_of_questions, open};
+use rijke_numerics::C64;
 use rijke_study::Study;
 
 /// The manual shows every kind of question with every key.
@@ -72,7 +73,8 @@ fn message_a_question_that_cannot_be_asked_names_line_and_what_is_known() {
     }
 }
 
-/// A drag along the tube, mu = k: s^2 + s k/rho = s0^2.
+/// A drag along the tube, mu = k: with Z = s rho + k and Y = s/(rho c^2) the ends, which are
+/// z = rho c (1 - r)/(1 + r), reflect q = (z - Z_c)/(z + Z_c), and q^2 e^{-2 gamma L} = 1.
 #[test]
 fn exact_the_effect_of_a_loss_is_the_closed_form() {
     const DRAG: f64 = 3.0;
@@ -85,9 +87,19 @@ fn exact_the_effect_of_a_loss_is_the_closed_form() {
     let density = 101_325.0 / (287.05 * 293.15);
     let with = |length: f64, k: f64| {
         let [sigma, hertz] = closed_form(length);
-        let s0 = rijke_numerics::C64::new(sigma, std::f64::consts::TAU * hertz);
-        let half = 0.5 * k / density;
-        (s0 * s0 + half * half).sqrt() - half - s0
+        let c = (1.4_f64 * 287.05 * 293.15).sqrt();
+        let s0 = C64::new(sigma, std::f64::consts::TAU * hertz);
+        let (half, z) = (0.5 * k / density, 0.15 / 1.85);
+        let mut s = s0;
+        for _ in 0..50 {
+            // Z_c over rho c.
+            let own = (1.0 + k / (s * density)).sqrt();
+            let gamma = (((own - z) / (own + z)).ln() + C64::new(0.0, std::f64::consts::PI)) / length;
+            // s^2 + s k/rho = (gamma c)^2; the root of the upper half plane.
+            let root = (gamma * gamma * c * c + half * half).sqrt();
+            s = root * root.im.signum() - half;
+        }
+        s - s0
     };
     let row = |id: &str, length: f64| {
         let ([sigma, hertz], moved) = (closed_form(length), with(length, DRAG));
