@@ -38,6 +38,7 @@ impl Ask for Effects {
 
     fn answer(&self, run: &Run, question: &Question) -> Result<Found, EngineError> {
         let no_point = || EngineError::NoPoint { stage: question.id.clone() };
+        let (_, stage) = run.study.plan.stage(&question.stage).ok_or_else(no_point)?;
         let chosen = run.chosen(&question.stage).ok_or_else(no_point)?;
         let points = selected(&run.study, &run.observed, &self.points);
         if points.is_empty() {
@@ -49,12 +50,11 @@ impl Ask for Effects {
         for role in model.keys().filter(asked) {
             let mut rest = model.clone();
             let id = rest.remove(role).unwrap_or_default();
-            let held = |name: &str| !chosen.assembly.parameters().iter().any(|p| p.name == name);
-            let kept = rest.values().filter_map(|id| run.study.catalogue.get(id)).flat_map(|c| &c.parameters);
-            let stage = run.study.plan.stage(&question.stage).map(|(_, stage)| &stage.hold);
-            let hold =
-                kept.filter(|p| held(&p.name)).filter_map(|p| Some((p.name.clone(), *stage?.get(&p.name)?)));
-            let without = assembly_of(&run.study, &rest, &hold.collect())?;
+            // What the stage holds, but for the parameters of the one that is taken away.
+            let gone = run.study.catalogue.get(&id).map_or(&[][..], |c| &c.parameters);
+            let mut hold = stage.hold.clone();
+            hold.retain(|name, _| gone.iter().all(|p| p.name != *name));
+            let without = assembly_of(&run.study, &rest, &hold)?;
             let found: Vec<_> =
                 points.par_iter().map(|o| effect(&chosen.assembly, &without, &chosen.trained, o)).collect();
             if found.iter().all(Option::is_none) {
@@ -92,6 +92,9 @@ impl Ask for Effects {
         if !lost.is_empty() {
             caption +=
                 &format!(" Without {} the model has no mode near the measured ones.", lost.join(" or "));
+        }
+        for role in self.of.iter().filter(|role| !model.contains_key(*role)) {
+            caption += &format!(" The model has no candidate of the role {role}.");
         }
         Ok((vec![Frame { columns, rows }], panels, Vec::new(), caption))
     }
