@@ -8,6 +8,7 @@ mod field;
 mod files;
 mod howe;
 mod jet;
+mod output;
 mod product;
 pub mod rational;
 pub mod special;
@@ -25,6 +26,7 @@ pub use field::{GridField, Lines, Zero};
 pub use files::{LARGEST_TEXT, Unreadable, open_file, read_bytes, read_text};
 pub use howe::{howe, howe_parts};
 pub use jet::{Jet, JetSpace, Order};
+pub use output::{Lock, OutputError, StagedFolder, keep_others, write_output};
 pub use streams::{Stream, Streams};
 pub use whole::{write_through, write_whole};
 

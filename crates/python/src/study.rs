@@ -24,7 +24,7 @@ pub(crate) struct Study {
 impl Study {
     #[new]
     fn new(folder: PathBuf) -> Answer<Self> {
-        Ok(Self { study: rijke_study::Study::open(&folder)? })
+        Ok(Self { study: rijke_engine::run::open(&folder)? })
     }
 
     /// What the files say, as JSON.

@@ -8,7 +8,7 @@ use rijke_engine::run::{
 };
 use rijke_report::{StudyHead, StudyPage, answer_svg};
 use rijke_rig::DataKind;
-use rijke_study::Claims;
+use rijke_study::{Claims, Factor};
 
 fn model(id: &str, ln_marginal: f64) -> ModelRecord {
     ModelRecord {
@@ -113,6 +113,12 @@ fn missing() -> Missing {
     Missing { tried: 700, by_chance: 3.4, families: vec![family], best: vec![first, other] }
 }
 
+/// A factor that its campaign has in mm.
+fn millimetres() -> Factor {
+    let shown = rijke_rig::Unit::parse("mm").unwrap();
+    Factor { name: "x".into(), unit: "m".into(), shown, stated: true }
+}
+
 fn answer(look: LayerLook) -> Answer {
     let columns = ["x", "y", "y_sd"].map(|name| FrameColumn::new(name, name, "1")).to_vec();
     let row = |k: usize| FrameRow {
@@ -174,7 +180,7 @@ fn page(kind: DataKind, verdicts: &[Judgement]) -> (String, std::path::PathBuf) 
         question: "Which law?".into(),
         kind,
         source: "a test".into(),
-        factors: vec![("x".into(), "m".into())],
+        factors: vec![millimetres()],
         claims: Claims { source: "Somebody 2022".into(), ..Claims::default() },
     };
     let folder = std::env::temp_dir().join(format!("rijke-page-{kind:?}-{}", std::process::id()));
@@ -237,7 +243,7 @@ fn message_a_page_that_cannot_solve_its_model_says_why() {
         question: "q".into(),
         kind: DataKind::Virtual,
         source: "a test".into(),
-        factors: vec![("x".into(), "m".into())],
+        factors: vec![millimetres()],
         claims: Claims::default(),
     };
     let folder = std::env::temp_dir().join(format!("rijke-page-no-sliders-{}", std::process::id()));

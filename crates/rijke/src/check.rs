@@ -5,9 +5,8 @@ mod records;
 
 use crate::{
     failure::Failure,
-    made_of::warn_of_records,
     number,
-    study::{measured, observations, of_the_engine, open, warn_of_copies, warn_of_doubts},
+    study::{measured, observations, of_the_engine, open, warn_of_copies, warn_of_doubts, warn_of_records},
     study_responses,
     ui::Ui,
 };
@@ -81,19 +80,23 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     let observed = there.then(|| observations(&study)).transpose()?;
     let plan = &study.plan;
     ui.say(format!(
-        "{}: {} operating points, {} candidates, {} stages, {} questions{}",
+        "{}: {}, {}, {}, {}{}",
         plan.name,
-        study.campaign.points.len(),
-        study.catalogue.candidates().len(),
-        plan.stages.len(),
-        plan.questions.len(),
-        if plan.maps.is_empty() { String::new() } else { format!(", {} maps", plan.maps.len()) }
+        number::counted(study.campaign.points.len(), "operating point"),
+        number::counted(study.catalogue.candidates().len(), "candidate"),
+        number::counted(plan.stages.len(), "stage"),
+        number::counted(plan.questions.len(), "question"),
+        if plan.maps.is_empty() {
+            String::new()
+        } else {
+            format!(", {}", number::counted(plan.maps.len(), "map"))
+        }
     ));
     study.unused().iter().for_each(|said| ui.note(format!("warning: {said}")));
     warn_of_doubts(ui, &study);
     match (&observed, &recorded) {
         (Some(o), _) => {
-            ui.say(format!("observations: {} modes", o.modes.len()));
+            ui.say(format!("observations: {}", number::counted(o.modes.len(), "mode")));
             warn_of_copies(ui, &study, o);
             warn_of_records(dir, ui);
             let idle = study.idle_channels().map_err(Failure::bad_input)?;
@@ -108,7 +111,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     let found = foresight(&study, observed.as_ref(), [growth, frequency, pressure], PLANNED_AMBIENT)
         .map_err(|e| of_the_engine(&e, dir))?;
     for stage in &found {
-        ui.say(format!("{} ({} operating points)", stage.title, stage.points));
+        ui.say(format!("{} ({})", stage.title, number::counted(stage.points, "operating point")));
         let grounds = study.plan.stage(&stage.id).map_or_else(Vec::new, |(_, plan)| study.plan.grounds(plan));
         if !grounds.is_empty() {
             ui.say(format!("  these widths leave out what {} tells", grounds.join(", ")));

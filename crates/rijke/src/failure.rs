@@ -1,5 +1,6 @@
 //! How a command ends when it cannot do its work: one message that names what, where, why and the remedy.
 
+use rijke_numerics::OutputError;
 use std::{error::Error, fmt, path::Path, process::ExitCode};
 
 /// Why a command stopped.
@@ -80,6 +81,15 @@ impl Failure {
             Kind::Failed => 1,
             Kind::BadInput => 2,
         })
+    }
+}
+
+impl From<OutputError> for Failure {
+    fn from(error: OutputError) -> Self {
+        match error {
+            OutputError::Refused { remedy, .. } => Self::bad_input(&error).remedy(remedy),
+            _ => Self::failed(&error),
+        }
     }
 }
 

@@ -1,8 +1,8 @@
 //! Figures into files: SVG or PDF, as the name ends.
 
 use crate::failure::{Classify, Failure};
-use crate::staging::write_whole;
 use crate::ui::Ui;
+use rijke_numerics::write_output;
 use std::path::{Path, PathBuf};
 
 /// The file that an option names for a figure.
@@ -17,8 +17,8 @@ pub(crate) fn file(name: &str) -> Result<PathBuf, String> {
 /// Writes a figure into the file that an option named, and says so.
 pub(crate) fn write(path: &Path, svg: &str, ui: &Ui) -> Result<(), Failure> {
     match ending(path) {
-        "pdf" => write_whole(path, &rijke_report::pdf(svg).or_failed()?)?,
-        _ => write_whole(path, svg.as_bytes())?,
+        "pdf" => write_output(path, &rijke_report::pdf(svg).or_failed()?)?,
+        _ => write_output(path, svg.as_bytes())?,
     }
     ui.note(format!("wrote {}", path.display()));
     Ok(())

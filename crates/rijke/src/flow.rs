@@ -8,7 +8,6 @@ use crate::{
     csv_table::csv_table,
     failure::{Classify, Failure},
     number,
-    staging::StagedFolder,
     ui::Ui,
 };
 pub(crate) use foreseen::foresee;
@@ -18,6 +17,7 @@ use rijke_flow::shown::{FlowDocument, settles, together, unknowns_table, velocit
 use rijke_flow::{
     BaseStates, Closures, FlowError, HeatedTube, PROFILES, TubeObservations, TubeRig, read_profiles,
 };
+use rijke_numerics::StagedFolder;
 use rijke_rig::DataKind;
 use rijke_study::{Study, plan::Base};
 use std::path::{Path, PathBuf};
@@ -120,7 +120,7 @@ fn infer(args: &Args, dir: &Path, closures: &Closures, ui: &Ui) -> Result<Vec<St
         }
         _ => over_time(args, dir, closures, ui)?,
     };
-    let staged = StagedFolder::new(&args.out, "flow.json", args.force)?.told(ui);
+    let staged = ui.started(StagedFolder::new(&args.out, "flow.json", args.force)?);
     let write = |name: &str, text: String| {
         let path = staged.path().join(name);
         std::fs::write(&path, text).or_failed().map_err(|f| f.at(&path))

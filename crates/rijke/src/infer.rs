@@ -5,12 +5,12 @@ use crate::{
     failure::{Classify, Failure},
     number,
     results::reasons,
-    staging::{StagedFolder, write_whole},
     study::{of_the_engine, warn_of_copies, warn_of_doubts},
     ui::Ui,
 };
 use rijke_engine::SavedModel;
 use rijke_engine::run::{EvidenceRecord, FarOff, MeasuredRecord, ModelRecord, Run, StageRecord, Trusted};
+use rijke_numerics::{StagedFolder, write_output};
 use rijke_study::{OneTable, Study, filled_rig};
 use serde_json::json;
 use std::{f64::consts::TAU, path::PathBuf};
@@ -125,7 +125,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     print(ui, &found);
     let Some(best) = found.first() else { return ui.result(&json!([])) };
     if let Some(path) = &args.fitted {
-        write_whole(path, fitted(best)?.as_bytes())?;
+        write_output(path, fitted(best)?.as_bytes())?;
         ui.note(format!("wrote {}", path.display()));
     }
     if let (Some(staged), Some(dir)) = (staged, &args.study) {

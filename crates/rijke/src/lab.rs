@@ -3,11 +3,11 @@
 use crate::{
     failure::{Classify, Failure},
     number,
-    staging::StagedFolder,
     ui::Ui,
 };
 use rijke_flow::{POSITION, POWER, TubeCampaign, TubePoint, TubeRig};
 use rijke_lab::{Truth, VirtualRig};
+use rijke_numerics::StagedFolder;
 use rijke_rig::{Problem, RecordSource, RigError};
 use rijke_study::Campaign;
 use serde_json::json;
@@ -116,7 +116,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
         }
         None => None,
     };
-    let folder = StagedFolder::new(&args.out, "manifest.toml", args.force)?.told(ui);
+    let folder = ui.started(StagedFolder::new(&args.out, "manifest.toml", args.force)?);
     let records = if sweep.is_some() { lab.sweep_count() } else { lab.record_count() };
     let progress = ui.progress("recording", records as u64);
     let written = |records| progress.advance(records as u64);
@@ -128,6 +128,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     drop(progress);
     folder.commit()?;
     let points = lab.set().points.len();
-    ui.note(format!("{}: {records} records of {points} operating points", args.out.display()));
+    let said = [number::counted(records, "record"), number::counted(points, "operating point")];
+    ui.note(format!("{}: {}", args.out.display(), said.join(" of ")));
     ui.result(&json!({ "dir": args.out, "records": records, "points": points }))
 }

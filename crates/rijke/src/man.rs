@@ -2,9 +2,9 @@
 
 use crate::{
     failure::{Classify, Failure},
-    staging::Lock,
     ui::Ui,
 };
+use rijke_numerics::Lock;
 use std::fmt::Write as _;
 use std::path::PathBuf;
 

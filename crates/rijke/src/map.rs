@@ -33,7 +33,7 @@ pub(crate) fn parsed(text: &str, study: &Study, among: &Selection) -> Result<Map
             let ends = range.split_once(':').and_then(|(low, high)| Some([number(low)?, number(high)?]));
             ends.ok_or_else(|| bad(format!("`{range}` is no range, two numbers with a colon between")))
         });
-        Ok((k, ends.transpose()?.or_else(|| over(k))))
+        Ok::<_, Failure>((k, ends.transpose()?.or_else(|| over(k))))
     };
     let (x, y) = (axis(x)?, axis(y)?);
     MapGrid::new(&study.campaign, [x.0, y.0], [x.1, y.1]).map_err(|problem| bad(problem.to_string()))

@@ -4,9 +4,9 @@ mod templates;
 
 use crate::{
     failure::{Classify, Failure},
-    staging::StagedFolder,
     ui::Ui,
 };
+use rijke_numerics::StagedFolder;
 use rijke_rig::OperatingPoint;
 use rijke_study::Campaign;
 use serde_json::json;

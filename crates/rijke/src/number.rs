@@ -9,6 +9,11 @@ pub(crate) fn quantity(value: f64, sd: f64, unit: &str) -> String {
     with_sd(value, sd) + &unit
 }
 
+/// `1 mode`, `2 modes`.
+pub(crate) fn counted(count: usize, one: &str) -> String {
+    format!("{count} {one}{}", if count == 1 { "" } else { "s" })
+}
+
 /// Three digits.
 pub(crate) fn rounded(value: f64) -> String {
     if value == 0.0 {

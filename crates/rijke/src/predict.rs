@@ -9,7 +9,6 @@ use crate::{
     map,
     rank::open_of,
     results::{Ranked, kept_if_any, warn_of_missing},
-    staging::write_whole,
     study::of_the_engine,
     ui::Ui,
 };
@@ -17,6 +16,7 @@ use rijke_engine::run::{
     AskedPoint, Averaged, Forecast, OpenModel, at_other_maxima, beyond, forecast, nearest, over_map,
     stability, with_points,
 };
+use rijke_numerics::write_output;
 use rijke_report::answer_svg;
 use rijke_study::Study;
 use rijke_study::plan::MapQuestion;
@@ -171,7 +171,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     }
     let text = table(&study, &found)?;
     match &args.out {
-        Some(path) => write_whole(path, text.as_bytes())?,
+        Some(path) => write_output(path, text.as_bytes())?,
         None => ui.say(text.trim_end()),
     }
     let factors: Vec<String> =

@@ -11,19 +11,18 @@ mod switched;
 use crate::{
     failure::{Classify, Failure},
     lab::Laboratory,
-    made_of::MadeOf,
     number,
-    staging::StagedFolder,
     ui::Ui,
 };
 pub(crate) use excited::{Checked, checked};
 use rijke_flow::{HeatedTube, Ramp};
+use rijke_numerics::StagedFolder;
 use rijke_rig::{Described, OperatingPoint, PointObservations, RecordFolder, RecordSource, Rejection};
 use rijke_signal::{
     ChannelDelays, ChannelPriors, Kept, PointScatter, ProcessError, ProcessOptions, Processed, process_again,
     record_count,
 };
-use rijke_study::Study;
+use rijke_study::{MadeOf, Study};
 use serde_json::json;
 pub(crate) use stated::said_of_twins;
 use std::path::{Path, PathBuf};
@@ -182,7 +181,7 @@ fn make(
         Some(_) => 0,
     };
     let own = &WRITTEN[by_hand..];
-    let folder = StagedFolder::beside_others(out, "observations.toml", own, args.force)?.told(ui);
+    let folder = ui.started(StagedFolder::beside_others(out, "observations.toml", own, args.force)?);
     let mut options = ProcessOptions::default();
     let mut said = stated::said_of_twins(twins);
     let (band, why) = stated::band(args.band.as_deref(), source.set(), study.as_ref());
@@ -216,7 +215,8 @@ fn make(
         plot::write(&**source, &processed, folder.path())?;
     }
     if let Some(records) = records {
-        MadeOf::write_of_records(records, folder.path())?;
+        let of = MadeOf::records(records).or_bad_input().map_err(|f| f.at(records))?;
+        of.write(folder.path()).or_failed()?;
     }
     folder.commit()?;
     Ok(processed)
@@ -244,7 +244,8 @@ fn tell(processed: &Processed, out: &Path, ui: &Ui) -> Result<(), Failure> {
         format!("; {count} of these for one reason, first {}: {}", first.record, first.reason)
     });
     ui.note(format!(
-        "{shown}: {records} records, {rejected} rejected (reasons in rejections.csv){corrected}{why}"
+        "{shown}: {}, {rejected} rejected (reasons in rejections.csv){corrected}{why}",
+        number::counted(records, "record")
     ));
     let of_point = |p: &PointObservations| {
         let ping = p.ping.as_ref();

@@ -2,13 +2,13 @@
 
 use crate::{
     failure::{Classify, Failure},
-    made_of::{MadeOf, warn_of_records},
     map, number,
-    staging::StagedFolder,
-    study::{doubts_of, observations, of_the_engine, open, warn_of, warn_of_left_out},
+    study::{doubts_of, observations, of_the_engine, open, warn_of, warn_of_left_out, warn_of_records},
     ui::Ui,
 };
 use rijke_engine::run::{Answer, Asked, FarOff, Judgement, Missing, Run, StageRecord, verdicts};
+use rijke_numerics::StagedFolder;
+use rijke_study::MadeOf;
 use serde::Serialize;
 use serde_json::json;
 use std::path::{Path, PathBuf};
@@ -56,7 +56,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
         return crate::study_responses::run(study, args.trust, args.until.as_deref(), args.force, ui);
     }
     let (observations, doubts) = (observations(&study)?, doubts_of(&study));
-    let staged = StagedFolder::new(&dir.join("results"), "numbers/claims.json", args.force)?.told(ui);
+    let staged = ui.started(StagedFolder::new(&dir.join("results"), "numbers/claims.json", args.force)?);
     warn_of(ui, &study, &observations)?;
     warn_of_records(dir, ui);
     if let Some(id) = args.until.as_ref().filter(|id| study.plan.response(id).is_some()) {
@@ -165,7 +165,8 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     for answer in &answers {
         keep(&numbers, &format!("answer-{}", answer.id), answer)?;
     }
-    MadeOf::write_of_study(dir, staged.path())?;
+    let of = MadeOf::study(dir).or_bad_input().map_err(|f| f.at(dir))?;
+    of.write(staged.path()).or_failed()?;
     // Last: a folder with this file is finished.
     keep(&numbers, "claims", &verdicts)?;
     staged.commit()?;
@@ -243,8 +244,7 @@ impl Results {
 
 /// The models of a stage, best first.
 fn table(ui: &Ui, stage: &StageRecord) {
-    let modes = stage.measured.len();
-    ui.say(format!("{} ({modes} {})", stage.title, if modes == 1 { "mode" } else { "modes" }));
+    ui.say(format!("{} ({})", stage.title, number::counted(stage.measured.len(), "mode")));
     let models = stage.by_evidence();
     let best = models.first().map_or(0.0, |m| m.ln_evidence());
     let of_all = stage.remarks_of_all();

@@ -2,15 +2,14 @@
 
 use crate::{
     failure::{Classify, Failure},
-    made_of::warn_of_study,
     rank::{Results, rival_of},
     results::kept,
-    staging::Lock,
-    study::{observations, open},
+    study::{observations, open, warn_of_study},
     ui::Ui,
 };
 use rijke_engine::SavedModel;
 use rijke_engine::run::{Sliders, StageRecord};
+use rijke_numerics::Lock;
 use rijke_report::{StudyHead, StudyPage};
 use rijke_study::{ObservedModes, Study};
 use std::path::{Path, PathBuf};

@@ -3,9 +3,8 @@
 
 use crate::{
     failure::{Classify, Failure},
-    made_of::warn_of_study,
     number,
-    study::{observations, open},
+    study::{observations, open, warn_of_study},
     ui::Ui,
 };
 use rijke_engine::SavedModel;

@@ -2,13 +2,13 @@
 
 use crate::{
     failure::Failure,
-    flow, made_of, process, rank, report,
+    flow, process, rank, report,
     results::Trust,
-    staging::Lock,
-    study::{measured, open},
+    study::{few, measured, open},
     ui::Ui,
 };
-use rijke_study::Study;
+use rijke_numerics::Lock;
+use rijke_study::{Study, changed_records, changed_study};
 use std::path::{Path, PathBuf};
 
 /// Take a study from its files to ranked models and a page: process records, infer the base flow, rank,
@@ -40,10 +40,10 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     let _lock = Lock::within(dir)?;
     let finished = results.join("index.html").is_file();
     if finished && !args.force {
-        let changed = made_of::changed_study(dir);
+        let changed = changed_study(dir);
         let of = match changed.is_empty() {
             true => String::new(),
-            false => format!(", and {} changed since", made_of::few(&changed)),
+            false => format!(", and {} changed since", few(&changed)),
         };
         return Err(Failure::bad_input(format!("{}: exists already{of}", results.display()))
             .remedy("Move it away, or take every step again with --force."));
@@ -68,7 +68,7 @@ fn steps(study: &Study, trust: Trust, force: bool, ui: &Ui) -> Result<PathBuf, F
         flow::of_study(dir, &base, force, &ui.of_a_step()).map(|_| ())?;
     }
     let results = dir.join("results");
-    let ranked = results.join("numbers/claims.json").is_file() && made_of::changed_study(dir).is_empty();
+    let ranked = results.join("numbers/claims.json").is_file() && changed_study(dir).is_empty();
     if force || !ranked {
         let replace = results.is_dir();
         rank::run(&rank::Args { dir: dir.clone(), trust, until: None, lengths: false, force: replace }, ui)?;
@@ -81,9 +81,9 @@ fn steps(study: &Study, trust: Trust, force: bool, ui: &Ui) -> Result<PathBuf, F
 /// Processes the records of a study, if there are any; what was processed before is kept without `force`.
 fn processed(dir: &Path, force: bool, ui: &Ui) -> Result<(), Failure> {
     let (records, observations) = (dir.join("records"), dir.join("observations"));
-    let changed = made_of::changed_records(dir);
+    let changed = changed_records(dir);
     if !force && !changed.is_empty() {
-        let (shown, changed) = (observations.display(), made_of::few(&changed));
+        let (shown, changed) = (observations.display(), few(&changed));
         return Err(Failure::bad_input(format!("{shown}: of other records: {changed} changed since"))
             .remedy("Move it away, or take every step again with --force."));
     }

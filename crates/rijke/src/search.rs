@@ -5,11 +5,11 @@ use crate::{
     failure::{Classify, Failure},
     number,
     results::Trust,
-    staging::write_whole,
     study::{observations, of_the_engine, open, warn_of_left_out, without_responses},
     ui::Ui,
 };
 use rijke_engine::run::{Search, SearchOptions, SearchPart, SearchRecord, merge_searches};
+use rijke_numerics::write_output;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
@@ -217,5 +217,5 @@ fn keep(path: &Path, what: &impl Serialize) -> Result<(), Failure> {
 fn put(path: &Path, content: &[u8]) -> Result<(), Failure> {
     let folder = path.parent().unwrap_or(Path::new(""));
     std::fs::create_dir_all(folder).or_bad_input().map_err(|f| f.at(folder))?;
-    write_whole(path, content)
+    Ok(write_output(path, content)?)
 }

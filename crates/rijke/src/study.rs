@@ -3,7 +3,7 @@
 use crate::failure::Failure;
 use crate::ui::Ui;
 use rijke_engine::EngineError;
-use rijke_study::{ObservedModes, Study, StudyError, StudyProblem};
+use rijke_study::{ObservedModes, Study, StudyError, StudyProblem, changed_records, changed_study};
 use std::path::Path;
 
 /// Reads a study.
@@ -12,7 +12,7 @@ pub(crate) fn open(dir: &Path) -> Result<Study, Failure> {
         return Err(Failure::bad_input(format!("{}: holds no study.toml, so it is no study", dir.display()))
             .remedy("`rijke new DIR --template NAME` writes a study to fill in; docs/study-folder.md describes it."));
     }
-    Study::open(dir).map_err(|error| bad(&error))
+    rijke_engine::run::open(dir).map_err(|error| bad(&error))
 }
 
 /// Refuses a study with stages of responses, for a command that runs stages of modes without them.
@@ -86,6 +86,34 @@ pub(crate) fn warn_of_copies(ui: &Ui, study: &Study, observations: &ObservedMode
 pub(crate) fn doubts_of(study: &Study) -> Vec<String> {
     let of_files = study.rig.doubts.iter().chain(&study.catalogue.doubts).cloned();
     of_files.chain(study.doubtful()).collect()
+}
+
+/// Warns of observations that are of other records.
+pub(crate) fn warn_of_records(dir: &Path, ui: &Ui) {
+    warn_of_changed(ui, dir, "observations", "these records", "process them", &changed_records(dir));
+}
+
+/// Warns of results that are of another study.
+pub(crate) fn warn_of_study(dir: &Path, ui: &Ui) {
+    warn_of_records(dir, ui);
+    warn_of_changed(ui, dir, "results", "these files", "rank", &changed_study(dir));
+}
+
+fn warn_of_changed(ui: &Ui, dir: &Path, made: &str, of: &str, remedy: &str, changed: &[String]) {
+    if !changed.is_empty() {
+        let (made, changed) = (dir.join(made), few(changed));
+        ui.note(format!(
+            "warning: {} is not of {of}: {changed} changed since; {remedy} again, with --force",
+            made.display()
+        ));
+    }
+}
+
+/// The first of several names.
+pub(crate) fn few(names: &[String]) -> String {
+    const SHOWN: usize = 4;
+    let more = if names.len() > SHOWN { format!(" and {} more", names.len() - SHOWN) } else { String::new() };
+    names.iter().take(SHOWN).map(String::as_str).collect::<Vec<_>>().join(", ") + &more
 }
 
 /// Says which observed points no stage uses because nothing is known of their gas.

@@ -8,12 +8,12 @@ use crate::{
     failure::{Classify, Failure},
     number,
     results::{Trust, kept, known_stage, warn_of_prior},
-    staging::{Lock, StagedFolder, write_whole},
     study::{doubts_of, warn_of_doubts},
     ui::Ui,
 };
 use rijke_engine::EngineError;
 use rijke_engine::response::{Ground, ResponseModelRecord, ResponseRun, ResponseStageRecord};
+use rijke_numerics::{Lock, StagedFolder, write_output};
 use rijke_report::{StudyHead, response_page};
 use rijke_rig::DataKind;
 use rijke_study::Study;
@@ -56,7 +56,7 @@ pub(crate) fn run(
         study.plan.responses.truncate(last + 1);
     }
     let results = dir.join("results");
-    let staged = StagedFolder::new(&results, "index.html", force)?.told(ui);
+    let staged = ui.started(StagedFolder::new(&results, "index.html", force)?);
     let (stages, _) = trained(study, trust, staged.path(), ui)?;
     staged.commit()?;
     stages.iter().for_each(|stage| table(ui, stage));
@@ -152,7 +152,7 @@ fn page(plan: &Plan, data: Data, stages: &[ResponseStageRecord], folder: &Path) 
     for (name, content) in response_page(&head, &data.doubts, stages).or_failed()? {
         let path = folder.join(name);
         path.parent().map_or(Ok(()), std::fs::create_dir_all).or_failed().map_err(|f| f.at(&path))?;
-        write_whole(&path, &content)?;
+        write_output(&path, &content)?;
     }
     Ok(())
 }
@@ -190,9 +190,9 @@ fn table(ui: &Ui, stage: &ResponseStageRecord) {
     let count: usize = stage.loads.iter().map(|l| l.frequency_hz.len()).sum();
     let all: usize = stage.loads.iter().map(|l| l.of).sum();
     ui.say(format!(
-        "{} ({} responses, {count} of the {all} complex numbers in their files)",
+        "{} ({}, {count} of the {all} complex numbers in their files)",
         stage.title,
-        stage.loads.len()
+        number::counted(stage.loads.len(), "response")
     ));
     let models = stage.by_evidence();
     let best = models.first().map_or(0.0, |m| m.ln_evidence());

@@ -4,6 +4,7 @@
 use crate::failure::{Classify, Failure};
 use comfy_table::{CellAlignment, LineStyle, Table, TableStyle};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use rijke_numerics::StagedFolder;
 use serde::Serialize;
 use std::{
     io::{self, Write},
@@ -113,6 +114,15 @@ impl Ui {
         if !self.quiet {
             let _ = writeln!(io::stderr(), "{}", line.as_ref());
         }
+    }
+
+    /// A folder that is begun; says that a run before was killed, if one was.
+    pub(crate) fn started(&self, folder: StagedFolder) -> StagedFolder {
+        if let Some(target) = folder.after_killed_run() {
+            let shown = target.display();
+            self.note(format!("{shown}: what a run before this one left unfinished beside it is removed"));
+        }
+        folder
     }
 
     /// A bar for work of `total` steps that may take over two seconds. Can be advanced from several threads;

@@ -9,12 +9,12 @@ use crate::{
     number, process,
     results::Trust,
     run,
-    staging::{Lock, keep_others},
     study::{observations, open, without_responses},
     ui::Ui,
 };
 use page::{Part, Status};
 use rijke_engine::run::{Leading, Sequence, Trusted};
+use rijke_numerics::{Lock, keep_others};
 use rijke_rig::{Arrivals, Arrived, Observations, RecordFolder, RecordSource};
 use rijke_signal::{Kept, Processed};
 use serde_json::json;
@@ -31,8 +31,8 @@ use training::{Job, Trainer};
     stopped growing and can be read as the manifest says. Other files are listed with the reason, and read again when they change.\n\
     The command writes DIR/observations and DIR/live with its page index.html. Every record moves the leading models of each stage\n\
     at once, to first order; these models are trained again in the background, and all models when no file has come for a while.\n\
-    When every file is there, DIR/results is written as `rijke run --force` writes it, to the byte. End it with Ctrl-C. Started\n\
-    again, it goes on with what is there.")]
+    When every file is there, copies of others apart, DIR/results is written as `rijke run --force` writes it, to the byte. End it\n\
+    with Ctrl-C. Started again, it goes on with what is there.")]
 pub(crate) struct Args {
     /// Folder of the study.
     dir: PathBuf,
@@ -115,7 +115,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
             (checked, finished, last_change) = (false, false, Instant::now());
         }
         watch.collect()?;
-        let complete = look.records.is_some() && look.awaited == 0 && look.unusable.is_empty();
+        let complete = look.records.is_some() && look.awaited == 0 && look.unusable.len() == look.copies;
         let calm = last_change.elapsed().as_secs_f64() > args.calm;
         if complete && !finished && (calm || args.until_complete) {
             match watch.finish() {
@@ -233,7 +233,11 @@ impl Watch<'_> {
             Some(Ok(Some(outcome))) => {
                 let which = if outcome.job.is_of_all() { "all models" } else { "the leading models" };
                 let (stages, files) = (outcome.stages, outcome.job.files);
-                self.status.said = format!("{which} of {stages} stages trained on {files} files");
+                self.status.said = format!(
+                    "{which} of {} trained on {}",
+                    number::counted(stages, "stage"),
+                    number::counted(files, "file")
+                );
                 outcome.notes.iter().for_each(|said| self.ui.note(said.clone()));
                 if let Some(settling) = outcome.settling {
                     settling.iter().for_each(|said| self.ui.note(said.clone()));
@@ -294,7 +298,11 @@ fn point_of(records: &RecordFolder, name: &str) -> Option<String> {
 /// What the records of a point say together.
 fn of_a_point(observations: &Observations, id: &str) -> Option<String> {
     let point = observations.points.iter().find(|p| p.point.id == id)?;
-    let counts = format!("{id} has {} pings and {} clicks", point.ping_count, point.click_count);
+    let counts = format!(
+        "{id} has {} and {}",
+        number::counted(point.ping_count as usize, "ping"),
+        number::counted(point.click_count as usize, "click")
+    );
     let Some(ping) = &point.ping else { return Some(counts) };
     let sd = |k: usize| ping.covariance[(k, k)].sqrt();
     let [growth, frequency] =

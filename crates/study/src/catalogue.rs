@@ -112,10 +112,40 @@ impl Catalogue {
         Ok(all)
     }
 
+    /// The candidate called `id`, of this role.
+    ///
+    /// # Errors
+    /// [`StudyProblem`] with the candidates of the role, or the role that it has.
+    pub fn of_role(&self, role: &str, id: &str) -> Result<&Candidate, StudyProblem> {
+        match self.get(id) {
+            Some(c) if c.role == role => Ok(c),
+            Some(c) => Err(StudyProblem::Value {
+                key: format!("with.{role}"),
+                value: format!("{id}, whose role is {}", c.role),
+                need: "a candidate of that role",
+            }),
+            None => {
+                let known = listed(self.competing(role).iter().map(|c| c.id.as_str()));
+                Err(StudyProblem::Unknown { what: "candidate", name: id.to_owned(), known })
+            }
+        }
+    }
+
     /// All candidates, in order.
     #[must_use]
     pub fn candidates(&self) -> &[Candidate] {
         &self.candidates
+    }
+
+    /// Checks that some candidate has this role.
+    ///
+    /// # Errors
+    /// [`StudyProblem::Unknown`] with the roles that there are.
+    pub fn known_role(&self, role: &str) -> Result<(), StudyProblem> {
+        if self.candidates.iter().any(|c| c.role == role) {
+            return Ok(());
+        }
+        Err(StudyProblem::Unknown { what: "role", name: role.to_owned(), known: listed(self.roles()) })
     }
 
     /// The candidates that compete for one role.

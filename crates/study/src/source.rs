@@ -6,6 +6,7 @@ use std::ops::Range;
 use std::path::Path;
 
 /// A file that was read; every error names it and the line.
+#[derive(Clone, Debug)]
 pub(crate) struct Source {
     pub(crate) file: String,
     pub(crate) text: String,
@@ -39,10 +40,13 @@ impl Source {
     }
 
     pub(crate) fn toml<T: DeserializeOwned>(&self) -> Result<T, StudyError> {
-        toml::from_str(&self.text).map_err(|error| {
-            let at = error.span().map_or(0, |span| span.start);
-            self.fail(at, StudyProblem::Toml(error.message().trim().replace('\n', " ")))
-        })
+        toml::from_str(&self.text).map_err(|error| self.wrong(&error))
+    }
+
+    /// What is wrong with the text as TOML.
+    pub(crate) fn wrong(&self, error: &toml::de::Error) -> StudyError {
+        let at = error.span().map_or(0, |span| span.start);
+        self.fail(at, StudyProblem::Toml(error.message().trim().replace('\n', " ")))
     }
 
     /// Line of an offset in bytes, from 1.

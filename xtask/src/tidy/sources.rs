@@ -136,7 +136,8 @@ fn gaps(File { path, text }: &File) -> Vec<Complaint> {
     lines.map(|(k, _)| format!("{path}:{k}: a text with a gap, end its line with a backslash")).collect()
 }
 
-/// A file under `src` that no `mod` line of its parent names is not compiled, however good it looks.
+/// A file under `src` that no `mod` line of its parent names is not compiled, however good it looks. A macro
+/// of the parent that declares each `$file` of a list counts, with a line `name::...,` of that list.
 fn unused_files(file: &File, sources: &[&File], paths: &BTreeSet<&str>) -> Option<Complaint> {
     let (root, inside) = file.path.split_once("/src/")?;
     let module = inside.strip_suffix(".rs")?;
@@ -150,7 +151,10 @@ fn unused_files(file: &File, sources: &[&File], paths: &BTreeSet<&str>) -> Optio
         folder => vec![format!("{root}/src/{folder}/mod.rs"), format!("{root}/src/{folder}.rs")],
     };
     let declares = |f: &&File| {
-        parents.contains(&f.path) && f.text.lines().any(|l| l.trim().ends_with(&format!("mod {name};")))
+        let listed = |l: &str| l.starts_with(&format!("{name}::")) && l.ends_with(',');
+        let by_macro = f.text.contains("mod $file;");
+        let line = |l: &str| l.ends_with(&format!("mod {name};")) || by_macro && listed(l);
+        parents.contains(&f.path) && f.text.lines().any(|l| line(l.trim()))
     };
     let declared = parents.iter().any(|p| paths.contains(&**p)) && sources.iter().any(declares);
     (!declared)

@@ -1,12 +1,13 @@
 //! Whether the questions of a study can be answered at their points, before anything is trained.
 
+use super::answers::{check, foreseen};
 use super::combined::{assembly_of, first_of_responses, rows_of};
 use super::inputs::{ambient_of_all, conditions, states};
 use crate::rows::{Choice, Row};
 use crate::{Assembly, Conditions, EngineError, PointModel};
 use rijke_network::{NetworkError, Workspace};
 use rijke_numerics::{C64, Order};
-use rijke_study::plan::{Ask, Question};
+use rijke_study::plan::Selection;
 use rijke_study::{ObservedModes, PointState, Study};
 use std::collections::BTreeMap;
 
@@ -17,13 +18,30 @@ use std::collections::BTreeMap;
 /// # Errors
 /// [`EngineError::Unanswerable`], and those of the files.
 pub fn answerable(study: &Study, observations: &ObservedModes) -> Result<(), EngineError> {
-    let asked = |question: &&Question| matches!(question.ask, Ask::Prediction { .. });
-    if !study.plan.questions.iter().any(|q| asked(&q)) {
+    check(study)?;
+    if asked(study)?.is_empty() {
         return Ok(());
     }
     let ambient = ambient_of_all(study, observations);
     let states = states(study, &ambient, true)?;
     at_all_points(study, &states, &ambient)
+}
+
+/// A question that needs the model of its stage at some points.
+struct AskedAt {
+    question: String,
+    stage: String,
+    points: Selection,
+}
+
+/// The questions that need a model at points.
+fn asked(study: &Study) -> Result<Vec<AskedAt>, EngineError> {
+    let mut all = Vec::new();
+    for question in &study.plan.questions {
+        let (stage, id) = (question.stage.clone(), question.id.clone());
+        all.extend(foreseen(question)?.map(|points| AskedAt { question: id, stage, points }));
+    }
+    Ok(all)
 }
 
 /// As [`answerable`], of what is known of the gas at every point.
@@ -32,22 +50,22 @@ pub(super) fn at_all_points(
     states: &BTreeMap<usize, PointState>,
     ambient: &[Option<[f64; 2]>],
 ) -> Result<(), EngineError> {
+    let asked = asked(study)?;
     let mut done: BTreeMap<String, Choice> = first_of_responses(study);
     for stage in &study.plan.stages {
         let rows = rows_of(study, stage, &|id| done.get(id).cloned().into_iter().collect());
-        let questions = || study.plan.questions.iter().filter(|q| q.stage == stage.id);
-        let asked = questions().any(|q| matches!(q.ask, Ask::Prediction { .. }));
+        let questions: Vec<_> = asked.iter().filter(|q| q.stage == stage.id).collect();
         let model = |row: &Row| assembly_of(study, &row.choice, &stage.hold);
-        let models: Vec<Assembly> = rows.iter().filter(|_| asked).map(model).collect::<Result<_, _>>()?;
-        for question in questions() {
-            let Ask::Prediction { points, .. } = &question.ask else { continue };
+        let open = rows.iter().filter(|_| !questions.is_empty());
+        let models: Vec<Assembly> = open.map(model).collect::<Result<_, _>>()?;
+        for AskedAt { question, points, .. } in questions {
             let meant = study.campaign.points.iter().enumerate();
             for (k, point) in meant.filter(|(_, p)| points.holds(&study.campaign, p)) {
                 let Ok(conditions) = conditions(study, point, states.get(&k), ambient[k]) else { continue };
                 for (row, assembly) in rows.iter().zip(&models) {
                     if let Some(source) = undefined(study, assembly, &conditions) {
                         let model = row.choice.values().cloned().collect::<Vec<_>>().join(" + ");
-                        let (question, source) = (question.id.clone(), Box::new(source));
+                        let (question, source) = (question.clone(), Box::new(source));
                         return Err(EngineError::Unanswerable { question, model, source });
                     }
                 }

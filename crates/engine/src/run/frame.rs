@@ -13,7 +13,7 @@ pub struct Frame {
 }
 
 /// A column of a table.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FrameColumn {
     /// Name, as claims call it.
     pub name: String,
@@ -21,6 +21,20 @@ pub struct FrameColumn {
     pub label: String,
     /// Unit.
     pub unit: String,
+    /// The unit in which figures and tables show it, where that is another.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shown: Option<ShownUnit>,
+}
+
+/// A unit in which numbers are shown: a number is `zero + one * shown`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ShownUnit {
+    /// Its name.
+    pub unit: String,
+    /// What the number 0 of it is.
+    pub zero: f64,
+    /// How many units of the numbers one of it is.
+    pub one: f64,
 }
 
 /// A row of a table.
@@ -41,7 +55,21 @@ impl FrameColumn {
     /// A column whose label is its name.
     #[must_use]
     pub fn new(name: &str, label: &str, unit: &str) -> Self {
-        Self { name: name.to_owned(), label: label.to_owned(), unit: unit.to_owned() }
+        Self { name: name.to_owned(), label: label.to_owned(), unit: unit.to_owned(), shown: None }
+    }
+
+    /// The unit in which it is shown.
+    #[must_use]
+    pub fn shown_unit(&self) -> &str {
+        self.shown.as_ref().map_or(&self.unit, |shown| &shown.unit)
+    }
+
+    /// A number of it as it is shown, to twelve digits where the unit is another.
+    #[must_use]
+    pub fn shown_of(&self, value: f64) -> f64 {
+        let Some(ShownUnit { zero, one, .. }) = &self.shown else { return value };
+        let shown = (value - zero) / one;
+        format!("{shown:.11e}").parse().unwrap_or(shown)
     }
 }
 
@@ -50,6 +78,19 @@ impl Frame {
     #[must_use]
     pub fn column(&self, name: &str) -> Option<usize> {
         self.columns.iter().position(|c| c.name == name)
+    }
+
+    /// The table with every number in the unit in which it is shown.
+    #[must_use]
+    pub fn in_print(&self) -> Self {
+        let mut table = self.clone();
+        for (k, column) in table.columns.iter_mut().enumerate().filter(|(_, c)| c.shown.is_some()) {
+            let own = table.rows.iter_mut().filter_map(|row| row.values.get_mut(k)?.as_mut());
+            own.for_each(|value| *value = column.shown_of(*value));
+            let shown = column.shown.take();
+            column.unit = shown.map_or_else(String::new, |shown| shown.unit);
+        }
+        table
     }
 
     /// The numbers of a column, row by row.

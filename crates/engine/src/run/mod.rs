@@ -8,6 +8,7 @@ mod answers;
 mod asked;
 mod assumed;
 mod average;
+mod begin;
 mod beyond;
 mod checks;
 mod claims;
@@ -40,8 +41,8 @@ mod stages;
 
 pub use answerable::answerable;
 pub use answers::{
-    Answer, AnswerPanel, Layer, LayerLook, MapNodes, gains_along, left_out_table, residuals_over_factors,
-    stability, symbol, with_sd,
+    Answer, AnswerPanel, Layer, LayerLook, MapNodes, gains_along, keys_of_questions, left_out_table, open,
+    residuals_over_factors, stability, symbol, with_sd,
 };
 pub use asked::{Unpredicted, forecast, modes_at};
 pub use average::{OpenModel, at_other_maxima};
@@ -53,7 +54,7 @@ pub use elsewhere::{AskedPoint, nearest, over_map, with_points};
 pub use far::FarOff;
 pub use foresight::{Foreseen, StageForesight, foresight};
 pub use found::{Asked, Checks, ExactLengths, Family, LengthError, Missing, PointCheck, SumCheck};
-pub use frame::{Frame, FrameColumn, FrameRow};
+pub use frame::{Frame, FrameColumn, FrameRow, ShownUnit};
 pub(crate) use inputs::{conditions_at, conditions_of};
 pub use next::{
     Aim, Lead, Leads, MicrophoneChoice, MicrophoneTable, Next, Sequence, Step, Suggestion, Wish, microphones,

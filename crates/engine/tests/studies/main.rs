@@ -9,6 +9,7 @@ mod installations;
 mod lengths;
 mod meant;
 mod misfit;
+mod questions;
 mod sliders;
 #[path = "../common/tube.rs"]
 mod tube;

@@ -26,6 +26,7 @@ pub(super) fn of(kind: Option<DataKind>, answer: &Answer, place: &Place) -> Opti
     if answer.panels.is_empty() {
         return None;
     }
+    let answer = &answer.in_print();
     if map::is_one(answer) {
         return Some(map::of(kind, answer, place.size));
     }

@@ -1,7 +1,7 @@
 //! What the page of a study says beside its stages.
 
 use rijke_rig::DataKind;
-use rijke_study::{Claims, ObservedModes, Study};
+use rijke_study::{Claims, Factor, ObservedModes, Study};
 
 /// What a page says of a study, beside its stages.
 #[derive(Clone, Debug)]
@@ -14,8 +14,8 @@ pub struct StudyHead {
     pub kind: DataKind,
     /// Where the data come from.
     pub source: String,
-    /// The factors of the campaign: name and unit.
-    pub factors: Vec<(String, String)>,
+    /// The factors of the campaign.
+    pub factors: Vec<Factor>,
     /// What others published of the rig.
     pub claims: Claims,
     /// Path of the page of stages that train on responses, if the study has such stages beside those of
@@ -32,7 +32,7 @@ impl StudyHead {
             question: study.plan.question.clone(),
             kind: observations.kind,
             source: observations.source.clone(),
-            factors: study.campaign.factors.iter().map(|f| (f.name.clone(), f.unit_in_print())).collect(),
+            factors: study.campaign.factors.clone(),
             claims: study.claims.clone(),
             beside: (!study.plan.responses.is_empty()).then(|| "responses/index.html".to_owned()),
         }

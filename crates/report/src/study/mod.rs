@@ -153,7 +153,7 @@ impl StudyPage {
             let name =
                 if k == 0 { format!("{}{prefix}", answer.id) } else { format!("{}-{}", answer.id, k + 1) };
             // The table of a stage's models has the stage's name.
-            self.table(&name, frame)?;
+            self.table(&name, &frame.in_print())?;
         }
         let Some(figure) = figure::of(Some(head.kind), answer, &figure::PAGE) else {
             return Ok(String::new());

@@ -25,6 +25,9 @@
   const { levels } = axes[main], parts = Math.ceil((CURVE - 1) / (levels.length - 1));
   const along = levels.flatMap((x, k) => (k === 0 ? [x] : Array.from({ length: parts }, (_, j) => levels[k - 1] + (x - levels[k - 1]) * (j + 1) / parts)));
   const factorOf = (a) => model.factors[axes[a].factor];
+  // A value of an axis in the unit in which it is shown.
+  const unitOf = (a) => factorOf(a).shown?.unit ?? factorOf(a).unit;
+  const inUnit = (a, value) => (value - (factorOf(a).shown?.zero ?? 0)) / (factorOf(a).shown?.one ?? 1);
   const settingOf = (node) => {
     const setting = [];
     for (let a = axes.length - 1; a >= 0; a -= 1) {
@@ -36,7 +39,7 @@
   };
   const settings = model.nodes.map((_, node) => settingOf(node));
   const others = axes.map((_, a) => a).filter((a) => a !== main);
-  const nameOf = (setting) => others.map((a) => `${factorOf(a)[0]} = ${digits(setting[a])}${unit(factorOf(a)[1])}`).join(', ');
+  const nameOf = (setting) => others.map((a) => `${factorOf(a).name} = ${digits(inUnit(a, setting[a]))}${unit(unitOf(a))}`).join(', ');
   const series = [...new Set(settings.map(nameOf))].map((name) => ({ name, nodes: settings.flatMap((s, node) => (nameOf(s) === name ? [node] : [])) }));
   series.forEach((s, k) => {
     s.colour = series.length === 1 ? COLOURS[0] : COLOURS[Math.round(k * (COLOURS.length - 1) / (series.length - 1))];
@@ -116,7 +119,7 @@
     };
     return { svg, layer, frame };
   };
-  const [axisName, axisUnit] = factorOf(main), axisLabel = `${axisName}${axisUnit === '1' ? '' : ` / ${printed(axisUnit)}`}`;
+  const axisName = factorOf(main).name, axisUnit = unitOf(main), axisLabel = `${axisName}${axisUnit === '1' ? '' : ` / ${printed(axisUnit)}`}`;
   const plots = [
     plot(`Growth rate over ${axisName}: measured points and the model`, axisLabel, 'Growth rate / 1/s'),
     plot(`Frequency over ${axisName}: measured points and the model`, axisLabel, 'Frequency / Hz'),
@@ -138,21 +141,21 @@
   };
   const draw = () => {
     const values = settings.map((_, k) => (found(roots[mode][k]) ? shown(roots[mode][k], model.nodes[k].modes[mode].shift) : [NaN, NaN]));
-    const span = [levels[0], levels.at(-1)], here = found(ownRoot) ? shown(ownRoot, shiftAt(setting)) : [NaN, NaN];
+    const onAxis = (value) => inUnit(main, value), span = [onAxis(levels[0]), onAxis(levels.at(-1))], here = found(ownRoot) ? shown(ownRoot, shiftAt(setting)) : [NaN, NaN];
     plots.forEach((figure, part) => {
       const all = [...values.map((v) => v[part]), ...curve.map((c) => c.values[part]), ...settings.map((_, k) => measured(k, part)), here[part]].filter(Number.isFinite);
       const margin = 0.03 * (span[1] - span[0]), range = [span[0] - margin, span[1] + margin];
       const { X, Y, path } = figure.frame(range, [Math.min(...all), Math.max(...all)]);
       series.forEach((s, k) => {
-        figure.layer(`line${k}`, 'path', { stroke: s.colour, class: 'series' }).setAttribute('d', path(s.nodes.map((node) => [settings[node][main], values[node][part]])));
-        const dots = s.nodes.map((node) => [settings[node][main], measured(node, part)]).filter((dot) => Number.isFinite(dot[1]));
+        figure.layer(`line${k}`, 'path', { stroke: s.colour, class: 'series' }).setAttribute('d', path(s.nodes.map((node) => [onAxis(settings[node][main]), values[node][part]])));
+        const dots = s.nodes.map((node) => [onAxis(settings[node][main]), measured(node, part)]).filter((dot) => Number.isFinite(dot[1]));
         const ring = dots.map(([a, b]) => `M${(X(a) - 2.5).toFixed(1)},${Y(b).toFixed(1)}a2.5,2.5 0 1 0 5,0a2.5,2.5 0 1 0 -5,0`).join('');
         figure.layer(`dots${k}`, 'path', { fill: s.colour, class: 'dots' }).setAttribute('d', ring);
       });
-      figure.layer('curve', 'path', { class: 'own' }).setAttribute('d', path(curve.map((c) => [c.at[main], c.values[part]])));
+      figure.layer('curve', 'path', { class: 'own' }).setAttribute('d', path(curve.map((c) => [onAxis(c.at[main]), c.values[part]])));
       const mark = figure.layer('here', 'circle', { r: 6, class: 'own' });
       mark.setAttribute('visibility', Number.isFinite(here[part]) ? 'visible' : 'hidden');
-      if (Number.isFinite(here[part])) { mark.setAttribute('cx', X(setting[main])); mark.setAttribute('cy', Y(here[part])); }
+      if (Number.isFinite(here[part])) { mark.setAttribute('cx', X(onAxis(setting[main]))); mark.setAttribute('cy', Y(here[part])); }
     });
     const points = found(ownRoot) ? rig.shape(own, p, ownRoot, 80) : [[0, NaN]];
     const { X, path } = shape.frame([0, own.position.at(-1)], [0, 1]);
@@ -247,8 +250,8 @@
     change({ curve: true, own: true });
   });
   const place = axes.map((axis, a) => {
-    const [name, of] = factorOf(a), low = axis.levels[0], high = axis.levels.at(-1);
-    return slider(steer, name, low, (low + high) / 2, high, (v) => `${digits(v)}${unit(of)}`, (v) => {
+    const low = axis.levels[0], high = axis.levels.at(-1);
+    return slider(steer, factorOf(a).name, low, (low + high) / 2, high, (v) => `${digits(inUnit(a, v))}${unit(unitOf(a))}`, (v) => {
       setting[a] = v;
       point.value = '';
       change(a === main ? { own: true } : { curve: true, own: true });

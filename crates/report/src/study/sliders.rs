@@ -42,9 +42,8 @@ pub(super) fn scripts(model: &Sliders) -> String {
 
 /// Settings and the engine's eigenvalues there, as a table.
 pub(super) fn checks(model: &Sliders) -> Vec<u8> {
-    let axes = model.axes().iter().map(|axis| &model.factors[axis.factor]);
-    let parameters = model.parameters.iter().map(|p| (&p.name, &p.unit));
-    let settings = axes.map(|(name, unit)| (name, unit)).chain(parameters);
+    let axes = model.axes().iter().map(|axis| &model.factors[axis.factor]).map(|f| (&f.name, &f.unit));
+    let settings = axes.chain(model.parameters.iter().map(|p| (&p.name, &p.unit)));
     let settings: Vec<String> = settings.map(|(name, unit)| format!("{name} [{unit}]")).collect();
     let mut text = format!("mode,{},growth_rate [1/s],angular_frequency [rad/s]\n", settings.join(","));
     for check in &model.checks {

@@ -215,13 +215,19 @@ pub(super) fn residuals(head: &StudyHead, stage: &StageRecord) -> String {
     let varies = |k: &usize| stage.measured.iter().any(|m| m.factors.get(*k) != first(*k));
     let varying: Vec<usize> = (0..head.factors.len()).filter(varies).collect();
     let heading = |&k: &usize| {
-        let (name, unit) = &head.factors[k];
-        format!("<th>{} / {}</th>", html(name), html(unit))
+        let (name, unit) = (&head.factors[k].name, head.factors[k].shown.text());
+        match unit {
+            "1" => format!("<th>{}</th>", html(name)),
+            unit => format!("<th>{} / {}</th>", html(name), html(unit)),
+        }
     };
     let factors: String = varying.iter().map(heading).collect();
     let number = |pair: Option<[f64; 2]>, predicted: f64| match pair {
         Some([value, sd]) => {
-            format!("<td class=\"n\">{}</td><td class=\"n\">{predicted:.3}</td>", with_uncertainty(value, sd))
+            // With the digits of what was measured.
+            let places = if sd > 0.0 { (1.0 - sd.log10().floor()).clamp(0.0, 9.0) as usize } else { 3 };
+            let predicted = format!("{predicted:.places$}");
+            format!("<td class=\"n\">{}</td><td class=\"n\">{predicted}</td>", with_uncertainty(value, sd))
         }
         None => format!("<td></td><td class=\"n\">{predicted:.3}</td>"),
     };
@@ -231,8 +237,10 @@ pub(super) fn residuals(head: &StudyHead, stage: &StageRecord) -> String {
         .iter()
         .zip(model.shown())
         .map(|(m, p)| {
-            let value =
-                |k: &usize| m.factors.get(*k).copied().flatten().map_or(String::new(), |v| format!("{v:.4}"));
+            let value = |k: &usize| {
+                let shown = m.factors.get(*k).copied().flatten().map(|v| head.factors[*k].shown_of(v));
+                shown.map_or(String::new(), |v| format!("{v:.4}"))
+            };
             let factors: String =
                 varying.iter().map(|k| format!("<td class=\"n\">{}</td>", value(k))).collect();
             format!(

@@ -27,6 +27,8 @@ pub struct Arrived {
     pub changed: Vec<String>,
     /// Files that cannot be read, with the reason, and what is wrong with the manifest.
     pub unusable: BTreeMap<String, String>,
+    /// How many of these are copies of files that count: no better file will come.
+    pub copies: usize,
     /// Files that are listed and not there, or still growing.
     pub awaited: usize,
     /// Files that are whole.
@@ -44,6 +46,8 @@ enum State {
     Whole(Stamp, u64),
     /// Read, and wrong.
     Unusable(Stamp, String),
+    /// A copy of a file that counts.
+    Copy(Stamp, String),
 }
 
 impl Arrivals {
@@ -81,6 +85,7 @@ impl Arrivals {
             records: None,
             changed,
             unusable: self.fault.iter().map(|f| ("manifest.toml".to_owned(), f.clone())).collect(),
+            copies: 0,
             awaited: 0,
             whole: 0,
         };
@@ -97,12 +102,13 @@ impl Arrivals {
             let state = match before {
                 Some(State::Whole(then, hash)) if then == now => State::Whole(now, hash),
                 Some(State::Unusable(then, why)) if then == now => State::Unusable(now, why),
+                Some(State::Copy(then, why)) if then == now => State::Copy(now, why),
                 Some(State::Growing(then)) if then == now => match read().and_then(|()| self.hash(file)) {
                     Ok(hash) => match self.twin(&states, file, hash) {
-                        Some(twin) => State::Unusable(
+                        Some(twin) => State::Copy(
                             now,
                             format!(
-                                "{file}: holds the same bytes as {twin}; it was copied under another name, so it counts once"
+                                "holds the same bytes as {twin}, of which it is a copy, and does not count; give the file that belongs here"
                             ),
                         ),
                         None => {
@@ -120,7 +126,10 @@ impl Arrivals {
             match &state {
                 State::Growing(_) => look.awaited += 1,
                 State::Whole(..) => look.whole += 1,
-                State::Unusable(_, why) => drop(look.unusable.insert(file.to_owned(), why.clone())),
+                State::Unusable(_, why) | State::Copy(_, why) => {
+                    look.unusable.insert(file.to_owned(), why.clone());
+                    look.copies += usize::from(matches!(state, State::Copy(..)));
+                }
             }
             states.insert(file.to_owned(), state);
         }

@@ -2,6 +2,7 @@
 
 use crate::{
     failure::{Classify, Failure},
+    number::counted,
     process::Checked,
     ui::Ui,
 };
@@ -84,16 +85,18 @@ fn describe(set: &RecordSet, ui: &Ui) {
     let pings: usize = set.points.iter().map(|p| p.pings.len()).sum();
     let clicks: usize = set.points.iter().map(|p| p.clicks.len()).sum();
     ui.say(format!(
-        "{} operating points on {} days: {pings} pings at {} Hz, {clicks} clicks at {} Hz",
-        set.points.len(),
-        set.days.len(),
+        "{} on {}: {} at {} Hz, {} at {} Hz",
+        counted(set.points.len(), "operating point"),
+        counted(set.days.len(), "day"),
+        counted(pings, "ping"),
         set.ping.rate_hz,
+        counted(clicks, "click"),
         set.click.rate_hz
     ));
     for calibration in &set.calibrations {
         ui.say(format!(
-            "{} calibration clicks at {} Hz on {}",
-            calibration.clicks.len(),
+            "{} at {} Hz on {}",
+            counted(calibration.clicks.len(), "calibration click"),
             calibration.stretch.rate_hz,
             set.days[calibration.day].id
         ));

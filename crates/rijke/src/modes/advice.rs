@@ -54,6 +54,6 @@ pub(crate) fn print(modes: &[ModeCurves], advice: &[Advice], ui: &Ui) {
         [format!("{frequency_hz:.2}"), best.proposal.to_owned(), format!("{:.3}", best.at), effect]
     };
     ui.table(head, advice.iter().map(row));
-    let modes = if modes.len() == 1 { "one mode".to_owned() } else { format!("{} modes", modes.len()) };
+    let modes = crate::number::counted(modes.len(), "mode");
     ui.say(format!("To first order, each change alone, for {modes}. Curves along x: --plot, --along."));
 }

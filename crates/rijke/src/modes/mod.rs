@@ -6,9 +6,10 @@ mod advice;
 mod chain;
 mod print;
 
-use crate::{failure::Failure, figure, number, staging::write_whole, ui::Ui};
+use crate::{failure::Failure, figure, number, ui::Ui};
 use chain::Case;
 use print::along;
+use rijke_numerics::write_output;
 use rijke_report::{ModeCurves, ModesFigure};
 use std::f64::consts::PI;
 use std::path::PathBuf;
@@ -130,7 +131,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     if let Some(path) = &args.along {
         let key = |m: &ModeCurves| format!("{},{}", m.frequency_hz, m.growth_rate);
         let text = along("frequency [Hz],growth_rate [1/s]", stations.iter().map(|m| (key(m), m)));
-        write_whole(path, text.as_bytes())?;
+        write_output(path, text.as_bytes())?;
         ui.note(format!("wrote {}", path.display()));
     }
     if let Some(path) = &args.plot {

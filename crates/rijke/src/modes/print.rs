@@ -105,10 +105,7 @@ pub(super) fn table(case: &Case, modes: &Modes, lines: &[Line], ui: &Ui) {
         }
     }
     let poles = if modes.poles > 0 {
-        format!(
-            ", {} of laws told apart from them",
-            if modes.poles == 1 { "1 pole".to_owned() } else { format!("{} poles", modes.poles) }
-        )
+        format!(", {} of laws told apart from them", crate::number::counted(modes.poles, "pole"))
     } else {
         String::new()
     };

@@ -3,9 +3,9 @@
 
 use crate::{
     failure::{Classify, Failure},
-    staging::{StagedFolder, write_whole},
     ui::Ui,
 };
+use rijke_numerics::{StagedFolder, write_output};
 use rijke_rig::{Comparison, ExcitedRecords};
 use rijke_signal::{ComparedChannels, ComparisonFault};
 use rijke_study::Study;
@@ -68,7 +68,7 @@ pub(super) fn run(
         ui.note("the pressure is taken to be the same at all microphones; what makes it unequal can be stated: gain_sd and delay_sd in [comparison]");
     }
     let path = folder.path().join(TABLE);
-    write_whole(&path, text.as_bytes())?;
+    write_output(&path, text.as_bytes())?;
     folder.commit()?;
     ui.say(format!(
         "Written to {}. In the manifest of the pings: [microphones] with table = \"PATH/{TABLE}\".",

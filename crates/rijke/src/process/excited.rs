@@ -6,9 +6,9 @@ use super::driven::driven;
 use super::made::{Made, head, point_of};
 use crate::{
     failure::{Classify, Failure},
-    staging::{StagedFolder, write_whole},
     ui::Ui,
 };
+use rijke_numerics::{StagedFolder, write_output};
 use rijke_rig::{Blow, Excitation, ExcitedRecords, RigError};
 use rijke_signal::{BlowMode, BlowOptions, combine_blows, fit_blow};
 use rijke_study::Study;
@@ -108,7 +108,7 @@ pub(super) fn run(
     for (name, text) in files {
         let path = folder.path().join(name);
         path.parent().map_or(Ok(()), std::fs::create_dir_all).or_failed().map_err(|f| f.at(&path))?;
-        write_whole(&path, text.as_bytes())?;
+        write_output(&path, text.as_bytes())?;
     }
     folder.commit()?;
     ui.result(&answer)

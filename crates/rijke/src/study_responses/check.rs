@@ -3,6 +3,7 @@
 use super::fault;
 use crate::{
     failure::{Classify, Failure},
+    number::counted,
     ui::Ui,
 };
 use rijke_engine::response::{ResponseForesight, ResponseRun};
@@ -18,11 +19,11 @@ pub(crate) fn check(study: Study, ui: &Ui) -> Result<Value, Failure> {
     let dir = study.folder.clone();
     let plan = study.plan.clone();
     let head = format!(
-        "{}: {} operating points, {} candidates, {} stages of responses",
+        "{}: {}, {}, {} of responses",
         plan.name,
-        study.campaign.points.len(),
-        study.catalogue.candidates().len(),
-        plan.responses.len()
+        counted(study.campaign.points.len(), "operating point"),
+        counted(study.catalogue.candidates().len(), "candidate"),
+        counted(plan.responses.len(), "stage")
     );
     ui.say(head);
     let (points, name) = (study.campaign.points.len(), plan.name);
@@ -85,8 +86,12 @@ fn observed(study: &Study, ui: &Ui) -> Result<Option<Responses>, Failure> {
 
 fn told(ui: &Ui, stage: &ResponseForesight) {
     ui.say(format!(
-        "{} ({} responses, {} of the {} complex numbers in their files; noise {:.1e})",
-        stage.title, stage.responses, stage.numbers, stage.of, stage.noise
+        "{} ({}, {} of the {} complex numbers in their files; noise {:.1e})",
+        stage.title,
+        counted(stage.responses, "response"),
+        stage.numbers,
+        stage.of,
+        stage.noise
     ));
     if let [first, rest @ ..] = &stage.errors[..] {
         let more = if rest.len() < MOST { rest.join(", ") } else { format!("{} more", rest.len()) };

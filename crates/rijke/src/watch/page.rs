@@ -2,8 +2,8 @@
 //! to measure next, files that do not count, and the page of the study below.
 
 use crate::failure::Failure;
-use crate::staging::write_whole;
 use rijke_engine::run::{Lead, Leads, Next};
+use rijke_numerics::write_output;
 use rijke_report::escape;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -67,7 +67,7 @@ impl Status {
     /// Writes a figure.
     pub(super) fn draw(&mut self, live: &Path, part: Part, svg: &str) -> Result<(), Failure> {
         self.renewed(part);
-        write_whole(&live.join(part.file()), svg.as_bytes())
+        Ok(write_output(&live.join(part.file()), svg.as_bytes())?)
     }
 
     /// What to measure next, in words.
@@ -123,8 +123,8 @@ impl Status {
             self.part(live, Part::Study, "The study so far"),
         );
         let status = serde_json::to_string_pretty(self).unwrap_or_default() + "\n";
-        write_whole(&live.join("index.html"), text.as_bytes())?;
-        write_whole(&live.join("status.json"), status.as_bytes())
+        write_output(&live.join("index.html"), text.as_bytes())?;
+        Ok(write_output(&live.join("status.json"), status.as_bytes())?)
     }
 
     fn body(&self, live: &Path) -> String {
@@ -209,7 +209,7 @@ fn table(leads: &Leads, open: bool) -> String {
     };
     let new = match leads.new.len() {
         0 => String::new(),
-        n => format!(", {n} points newer than the training"),
+        n => format!(", {} newer than the training", crate::number::counted(n, "point")),
     };
     format!(
         "<details{}><summary>{}{new}</summary><table><tr><th>model</th><th>nats behind</th><th>parameters</th></tr>{}</table></details>\n",

@@ -3,12 +3,12 @@
 use crate::{
     failure::{Classify, Failure},
     flow, next,
-    staging::keep_others,
     study::{observations, of_the_engine, open},
     ui::Ui,
 };
 use rijke_engine::EngineError;
 use rijke_engine::run::{Leading, Next, Run, Sequence, Trusted, Wish, so_far, verdicts};
+use rijke_numerics::keep_others;
 use rijke_report::{StudyHead, StudyPage};
 use rijke_study::{ObservedModes, Study};
 use std::path::{Path, PathBuf};

@@ -64,7 +64,7 @@ fn exact_good_records_pass_and_clipping_is_told() {
     let output = rijke(&folder, &["check", "records"]);
     let text = String::from_utf8(output.stdout).unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    assert!(text.contains("2 operating points on 1 days: 4 pings at 10000 Hz, 4 clicks"), "{text}");
+    assert!(text.contains("2 operating points on 1 day: 4 pings at 10000 Hz, 4 clicks"), "{text}");
     assert!(!text.contains("clipped"), "{text}");
 
     let path = folder.join("records/C3-E/ping-1.wav");

@@ -17,7 +17,7 @@ fn behaviour_a_plan_is_checked_before_anything_is_measured() {
     assert_eq!(code, Some(0), "{text}");
     for part in [
         "17 operating points",
-        "5 stages, 1 questions",
+        "5 stages, 1 question",
         "nothing is measured yet",
         "The cold heater (4 operating points)",
     ] {

@@ -47,7 +47,7 @@ fn behaviour_check_and_report_know_responses() {
     let (code, said, error) = told(&folder, &["check", "."]);
     assert_eq!(code, Some(0), "{error}");
     for part in [
-        "1 stages of responses",
+        "1 stage of responses",
         "reflection at plain: 59 of 59",
         "59 of the 59 complex numbers",
         "wall.bessel",

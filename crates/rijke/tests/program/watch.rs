@@ -185,6 +185,21 @@ fn behaviour_a_watch_that_was_killed_thirty_times_ends_as_one_run() {
     assert!(names.is_empty(), "{names:?}");
 }
 
+/// A file that is a copy of another is told, and no better one is waited for.
+#[test]
+fn behaviour_a_copy_is_told_and_not_waited_for() {
+    let folder = study("watch-copy");
+    fs::copy(folder.join("records/b.csv"), folder.join("records/c.csv")).unwrap();
+    let mut watching = Watching::new(&folder, &["--until-complete"]);
+    let status = until(&folder, |s| s["unusable"]["c.csv"].is_string());
+    assert!(
+        status["unusable"]["c.csv"].as_str().unwrap().starts_with("holds the same bytes as b.csv"),
+        "{status}"
+    );
+    assert!(watching.0.wait().unwrap().success());
+    assert!(folder.join("results/index.html").is_file());
+}
+
 /// What cannot count is listed with the reason, and never stops what can.
 #[test]
 fn message_files_that_do_not_count_say_why() {

@@ -35,6 +35,27 @@ impl Factor {
     }
 }
 
+impl Factor {
+    /// A number of it in the unit of the file, to twelve digits: 410 of mm for 0.41.
+    #[must_use]
+    pub fn shown_of(&self, value: f64) -> f64 {
+        rounded((value - self.shown.offset()) / self.shown.factor())
+    }
+
+    /// Name, number and unit as the file has them: `x_g = 410 mm`.
+    #[must_use]
+    pub fn said(&self, value: f64) -> String {
+        let unit = self.shown.text();
+        let unit = if unit == "1" { String::new() } else { format!(" {unit}") };
+        format!("{} = {}{unit}", self.name, self.shown_of(value))
+    }
+}
+
+/// To twelve digits: what a unit's factor leaves beyond them is rounding.
+fn rounded(value: f64) -> f64 {
+    format!("{value:.11e}").parse().unwrap_or(value)
+}
+
 /// One operating point.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Point {

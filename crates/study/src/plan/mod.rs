@@ -14,7 +14,7 @@ mod suits;
 
 pub use maps::{MapGrid, MapQuestion};
 pub use noise::{NoiseSpec, PlannedLawError, PlannedVarying, SdSpec};
-pub use questions::{Ask, PointByPoint, Question};
+pub use questions::{Question, fields_of};
 pub use select::{Condition, Selection};
 
 use crate::{Candidate, Catalogue};
@@ -188,9 +188,7 @@ impl Plan {
             roles.extend(stage.with.keys().chain(&stage.compete).map(String::as_str));
         }
         for question in &self.questions {
-            if let Ask::PointByPoint(one) = &question.ask {
-                roles.extend(one.with.keys().map(String::as_str));
-            }
+            roles.extend(question.with.keys().map(String::as_str));
         }
         let used = |c: &&Candidate| roles.contains(&*c.role) || ids.contains(&*c.id);
         let unused = catalogue.candidates().iter().filter(|c| !used(c)).collect();

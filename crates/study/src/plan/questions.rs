@@ -1,13 +1,19 @@
-//! What can be asked of a study: a small set of questions that each exists once.
+//! What can be asked of a study: what every question says, and the keys that its kind adds. Whoever answers a
+//! kind reads its keys.
 
-use super::{NoiseSpec, Selection};
-use crate::source::listed;
-use crate::{Campaign, Rig, StudyProblem};
+use super::Plan;
+use super::ids::{known_stage, short_id};
+use crate::source::{Source, listed};
+use crate::{Campaign, Catalogue, StudyError, StudyProblem};
 use serde::Deserialize;
+use serde::de::{DeserializeOwned, Deserializer, Error, Visitor, value};
 use std::collections::BTreeMap;
+use std::sync::Arc;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue, ValueDeserializer};
 
 /// A question, and what it is asked of.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct Question {
     /// Name of the answer.
     pub id: String,
@@ -19,152 +25,177 @@ pub struct Question {
     pub over: Option<usize>,
     /// The factor that tells series apart; `row`s of the campaign if absent.
     pub series: Option<usize>,
-    /// What is asked.
-    pub ask: Ask,
+    /// The kind of question, as `ask` names it.
+    pub kind: String,
+    /// Roles and candidates that its key `with` names, which has one meaning in questions of every kind.
+    pub(super) with: BTreeMap<String, String>,
+    /// The file, the number of the question in it, and where it begins.
+    file: Option<(Arc<Source>, usize, usize)>,
 }
 
-/// The kinds of questions.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Ask {
-    /// Curves of a stage's competitors over a factor.
-    Ranking,
-    /// The posterior of the model of a stage for some sets of microphones.
-    Contours {
-        /// Sets of microphones, by their places; every set that holds the reference if empty.
-        sets: Vec<Vec<usize>>,
-    },
-    /// The coefficient of one candidate, inferred at every point by itself.
-    PointByPoint(Box<PointByPoint>),
-    /// Predictions of the model that a stage chose.
-    Prediction {
-        /// The points that are predicted.
-        points: Selection,
-        /// The points that train; those of the stage if absent.
-        trained_on: Option<Selection>,
-    },
-}
-
-/// A coefficient that is free at every point.
-#[derive(Clone, Debug, PartialEq)]
-pub struct PointByPoint {
-    /// Role and candidate; the coefficient is the first law of the one whose role the stage's model does not
-    /// have.
-    pub with: BTreeMap<String, String>,
-    /// Roles of the stage's model that are taken away.
-    pub without: Vec<String>,
-    /// Parameters held at a value.
-    pub hold: BTreeMap<String, f64>,
-    /// The points.
-    pub points: Selection,
-    /// What is assumed of the misfit.
-    pub noise: NoiseSpec,
-    /// Whether the errors of the base states enter.
-    pub base_errors: bool,
-    /// The factor by which the coefficient is divided for show.
-    pub per: Option<usize>,
-}
-
-/// A question as its file has it.
-#[derive(Clone, Debug, Default, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub(super) struct Asked {
+/// The keys that every question has.
+#[derive(Default, Deserialize)]
+#[serde(default)]
+struct Common {
     id: String,
     title: Option<String>,
     ask: String,
     stage: String,
     over: Option<String>,
     series: Option<String>,
-    sets: Option<Vec<Vec<String>>>,
-    with: Option<BTreeMap<String, String>>,
-    without: Option<Vec<String>>,
-    hold: Option<BTreeMap<String, f64>>,
-    points: Option<Selection>,
-    trained_on: Option<Selection>,
-    noise: Option<NoiseSpec>,
-    base_errors: Option<bool>,
-    per: Option<String>,
 }
 
-/// For each kind the keys that it has besides those of all.
-const KINDS: [(&str, &[&str]); 4] = [
-    ("ranking", &[]),
-    ("contours", &["sets"]),
-    ("point-by-point", &["with", "without", "hold", "points", "noise", "base_errors", "per"]),
-    ("prediction", &["points", "trained_on"]),
-];
-
-impl Asked {
-    /// The question, every name of it checked but those of stages and candidates.
-    pub(super) fn question(self, rig: &Rig, campaign: &Campaign) -> Result<Question, StudyProblem> {
-        let Some((_, keys)) = KINDS.iter().find(|(kind, _)| *kind == self.ask) else {
-            let known = listed(KINDS.iter().map(|(kind, _)| *kind));
-            return Err(StudyProblem::Unknown { what: "kind of question", name: self.ask, known });
-        };
-        for (key, given) in [
-            ("sets", self.sets.is_some()),
-            ("with", self.with.is_some()),
-            ("without", self.without.is_some()),
-            ("hold", self.hold.is_some()),
-            ("points", self.points.is_some()),
-            ("trained_on", self.trained_on.is_some()),
-            ("noise", self.noise.is_some()),
-            ("base_errors", self.base_errors.is_some()),
-            ("per", self.per.is_some()),
-        ] {
-            if given && !keys.contains(&key) {
-                let name = format!("{key}` of `ask = \"{}\"", self.ask);
-                return Err(StudyProblem::Unknown { what: "key", name, known: listed(keys.iter().copied()) });
-            }
+impl Question {
+    /// A question without keys that stands in no file.
+    #[must_use]
+    pub fn of_stage(kind: &str, stage: &str, title: &str) -> Self {
+        Self {
+            id: stage.to_owned(),
+            title: title.to_owned(),
+            stage: stage.to_owned(),
+            over: None,
+            series: None,
+            kind: kind.to_owned(),
+            with: BTreeMap::new(),
+            file: None,
         }
-        let factor = |name: Option<String>| name.map(|n| campaign.known_factor(&n)).transpose();
-        let microphone = |name: &String| {
-            let names = &rig.microphones.names;
-            names.iter().position(|n| n == name).ok_or_else(|| StudyProblem::Unknown {
-                what: "microphone",
-                name: name.clone(),
-                known: listed(names.iter().map(String::as_str)),
-            })
-        };
-        for selection in self.points.iter().chain(&self.trained_on) {
-            selection.check(campaign)?;
-        }
-        let ask = match self.ask.as_str() {
-            "ranking" => Ask::Ranking,
-            "contours" => {
-                let set = |names: &Vec<String>| names.iter().map(microphone).collect::<Result<Vec<_>, _>>();
-                Ask::Contours { sets: self.sets.iter().flatten().map(set).collect::<Result<_, _>>()? }
-            }
-            "prediction" => {
-                Ask::Prediction { points: self.points.unwrap_or_default(), trained_on: self.trained_on }
-            }
-            _ => {
-                let with = self.with.filter(|with| !with.is_empty()).ok_or(StudyProblem::Missing {
-                    key: "with".into(),
-                    need: "name the role and the candidate that is free at every point",
-                })?;
-                Ask::PointByPoint(Box::new(PointByPoint {
-                    with,
-                    without: self.without.unwrap_or_default(),
-                    hold: self.hold.unwrap_or_default(),
-                    points: self.points.unwrap_or_default(),
-                    noise: self.noise.unwrap_or_default(),
-                    base_errors: self.base_errors.unwrap_or_default(),
-                    per: factor(self.per)?,
-                }))
-            }
-        };
-        let good = |c: char| c.is_alphanumeric() || c == '-' || c == '_';
-        if self.id.is_empty() || !self.id.chars().all(good) {
-            let why = "it is also the name of files, so give letters, digits, - and _";
-            return Err(StudyProblem::Name { what: "question", name: self.id, why });
-        }
-        Ok(Question {
-            title: self.title.unwrap_or_else(|| self.id.clone()),
-            id: self.id,
-            stage: self.stage,
-            over: factor(self.over)?,
-            series: factor(self.series)?,
-            ask,
-        })
     }
+
+    /// The keys that its kind adds: the fields of `K`.
+    ///
+    /// # Errors
+    /// File and line of a key that is no field, with the known ones, and of a value of another type.
+    pub fn keys<K: DeserializeOwned>(&self) -> Result<K, StudyError> {
+        let known = fields_of::<K>();
+        let (mut keys, mut span) = (DeTable::new(), 0..0);
+        if let Some((source, k, _)) = &self.file
+            && let Some(asked) = asked(source)?.into_iter().nth(*k)
+        {
+            span = asked.span();
+            let all = if let DeValue::Table(table) = asked.into_inner() { table } else { DeTable::new() };
+            let common = fields_of::<Common>();
+            keys.extend(all.into_iter().filter(|(key, _)| !common.contains(&&**key.get_ref())));
+        }
+        if let Some(key) = keys.keys().find(|key| !known.contains(&&**key.get_ref())) {
+            let name = format!("{}` of `ask = \"{}\"", key.get_ref(), self.kind);
+            let problem = StudyProblem::Unknown { what: "key", name, known: listed(known.iter().copied()) };
+            return Err(self.fail_at(key.span().start, problem));
+        }
+        read(Spanned::new(span, DeValue::Table(keys))).map_err(|(at, said)| self.fail_at(at, said))
+    }
+
+    /// A fault of the question, with its file and line.
+    #[must_use]
+    pub fn fail(&self, problem: StudyProblem) -> StudyError {
+        self.fail_at(self.file.as_ref().map_or(0, |(_, _, at)| *at), problem)
+    }
+
+    fn fail_at(&self, at: usize, problem: StudyProblem) -> StudyError {
+        match &self.file {
+            Some((source, ..)) => source.fail(at, problem),
+            None => StudyError { file: self.id.clone(), line: None, problem: Box::new(problem) },
+        }
+    }
+}
+
+impl Plan {
+    /// Reads the questions of a file, every name checked that questions of all kinds have.
+    pub(super) fn ask(
+        &mut self,
+        source: &Source,
+        campaign: &Campaign,
+        catalogue: &Catalogue,
+    ) -> Result<(), StudyError> {
+        let shared = Arc::new(source.clone());
+        for (k, asked) in asked(source)?.into_iter().enumerate() {
+            let at = asked.span().start;
+            let fail = |problem| source.fail(at, problem);
+            let with =
+                asked.get_ref().get("with").and_then(|with| with.get_ref().as_table()).into_iter().flatten();
+            let with = with.filter_map(|(role, id)| {
+                Some((role.get_ref().to_string(), id.get_ref().as_str()?.to_owned()))
+            });
+            let with: BTreeMap<String, String> = with.collect();
+            let common: Common = read(asked).map_err(|(at, said)| source.fail(at, said))?;
+            let factor = |name: Option<String>| name.map(|n| campaign.known_factor(&n)).transpose();
+            let question = Question {
+                title: common.title.unwrap_or_else(|| common.id.clone()),
+                id: common.id,
+                stage: common.stage,
+                over: factor(common.over).map_err(fail)?,
+                series: factor(common.series).map_err(fail)?,
+                kind: common.ask,
+                with,
+                file: Some((shared.clone(), k, at)),
+            };
+            self.suits(&question).map_err(fail)?;
+            let known = |(role, id): (&String, &String)| catalogue.of_role(role, id).map(|_| ());
+            question.with.iter().try_for_each(known).map_err(fail)?;
+            self.questions.push(question);
+        }
+        Ok(())
+    }
+
+    /// Whether a question has a name that is free, and is asked of a stage that is there.
+    fn suits(&self, question: &Question) -> Result<(), StudyProblem> {
+        let good = |c: char| c.is_alphanumeric() || c == '-' || c == '_';
+        let name = question.id.clone();
+        if name.is_empty() || !name.chars().all(good) {
+            let why = "it is also the name of files, so give letters, digits, - and _";
+            return Err(StudyProblem::Name { what: "question", name, why });
+        }
+        short_id(&name)?;
+        known_stage(self, &question.stage)?;
+        if self.answers().any(|id| *id == name) {
+            return Err(StudyProblem::Duplicate { what: "stage, question or map", name });
+        }
+        Ok(())
+    }
+}
+
+/// Every `[[ask]]` of a file, each where it stands.
+fn asked(source: &Source) -> Result<Vec<Spanned<DeValue<'_>>>, StudyError> {
+    let mut root = DeTable::parse(&source.text).map_err(|error| source.wrong(&error))?.into_inner();
+    Ok(match root.remove("ask").map(Spanned::into_inner) {
+        Some(DeValue::Array(all)) => all.into_iter().collect(),
+        _ => Vec::new(),
+    })
+}
+
+/// A value, or where it is wrong and how.
+fn read<T: DeserializeOwned>(value: Spanned<DeValue<'_>>) -> Result<T, (usize, StudyProblem)> {
+    let start = value.span().start;
+    T::deserialize(ValueDeserializer::from(value)).map_err(|error| {
+        let at = error.span().map_or(start, |span| span.start);
+        (at, StudyProblem::Toml(error.message().trim().replace('\n', " ")))
+    })
+}
+
+/// The keys that a structure is read from: the names of its fields.
+#[must_use]
+pub fn fields_of<T: DeserializeOwned>() -> &'static [&'static str] {
+    struct Fields<'a>(&'a mut &'static [&'static str]);
+    impl<'de> Deserializer<'de> for Fields<'_> {
+        type Error = value::Error;
+        fn deserialize_any<V: Visitor<'de>>(self, _: V) -> Result<V::Value, Self::Error> {
+            Err(value::Error::custom("only the names of fields are wanted"))
+        }
+        fn deserialize_struct<V: Visitor<'de>>(
+            self,
+            _: &'static str,
+            fields: &'static [&'static str],
+            visitor: V,
+        ) -> Result<V::Value, Self::Error> {
+            *self.0 = fields;
+            self.deserialize_any(visitor)
+        }
+        serde::forward_to_deserialize_any! {
+            bool i8 i16 i32 i64 u8 u16 u32 u64 f32 f64 char str string bytes byte_buf option unit unit_struct
+            newtype_struct seq tuple tuple_struct map enum identifier ignored_any
+        }
+    }
+    let mut fields: &'static [&'static str] = &[];
+    let asked = T::deserialize(Fields(&mut fields));
+    debug_assert!(asked.is_err(), "a structure without a field is read from nothing");
+    fields
 }

@@ -2,9 +2,8 @@
 
 use super::ids::{known_stage, short_id};
 use super::maps::MapFile;
-use super::questions::Asked;
 use super::stands::{counted_once, known_ground};
-use super::{Ask, Base, Cost, HeatedFlow, NoiseSpec, Plan, Prefer, Question, SdSpec, Selection, Stage};
+use super::{Base, Cost, HeatedFlow, NoiseSpec, Plan, Prefer, SdSpec, Selection, Stage};
 use crate::source::{Source, listed};
 use crate::{Campaign, Catalogue, Rig, StudyError, StudyProblem};
 use rijke_rig::Given;
@@ -25,7 +24,7 @@ struct File {
     #[serde(default)]
     responses: Vec<Spanned<crate::responses::ResponseStage>>,
     #[serde(default, rename = "ask")]
-    asked: Vec<Spanned<Asked>>,
+    asked: Vec<toml::Table>,
     #[serde(default)]
     map: Vec<Spanned<MapFile>>,
     cost: Option<Spanned<CostFile>>,
@@ -187,21 +186,8 @@ impl Plan {
         if plan.stages.is_empty() && plan.responses.is_empty() {
             return Err(source.fail(0, StudyProblem::Empty { what: "stage", need: "add a [[stage]]" }));
         }
-        for asked in file.asked {
-            let at = asked.span().start;
-            let fail = |problem| source.fail(at, problem);
-            let question = asked.into_inner().question(rig, campaign).map_err(fail)?;
-            short_id(&question.id).map_err(fail)?;
-            known_stage(&plan, &question.stage).map_err(fail)?;
-            if plan.answers().any(|id| *id == question.id) {
-                return Err(fail(StudyProblem::Duplicate {
-                    what: "stage, question or map",
-                    name: question.id,
-                }));
-            }
-            let check = Check { rig, campaign, catalogue };
-            check.question(&question, &plan).map_err(fail)?;
-            plan.questions.push(question);
+        if !file.asked.is_empty() {
+            plan.ask(source, campaign, catalogue)?;
         }
         for map in file.map {
             let at = map.span().start;
@@ -212,21 +198,6 @@ impl Plan {
     }
 }
 
-fn candidate_of(catalogue: &Catalogue, role: &str, id: &str) -> Result<(), StudyProblem> {
-    match catalogue.get(id) {
-        Some(c) if c.role == role => Ok(()),
-        Some(c) => Err(StudyProblem::Value {
-            key: format!("with.{role}"),
-            value: format!("{id}, whose role is {}", c.role),
-            need: "a candidate of that role",
-        }),
-        None => {
-            let known = listed(catalogue.competing(role).iter().map(|c| c.id.as_str()));
-            Err(StudyProblem::Unknown { what: "candidate", name: id.to_owned(), known })
-        }
-    }
-}
-
 struct Check<'a> {
     rig: &'a Rig,
     campaign: &'a Campaign,
@@ -234,14 +205,6 @@ struct Check<'a> {
 }
 
 impl Check<'_> {
-    fn question(&self, question: &Question, plan: &Plan) -> Result<(), StudyProblem> {
-        if let Ask::PointByPoint(one) = &question.ask {
-            one.with.iter().try_for_each(|(role, id)| candidate_of(self.catalogue, role, id))?;
-            self.noise(&one.noise, plan)?;
-        }
-        Ok(())
-    }
-
     /// The key that is wrong, and what is wrong with it.
     fn heated(&self, heated: &HeatedFlow) -> Result<(), (&'static str, StudyProblem)> {
         for (key, name, wanted) in [("power", &heated.power, "W"), ("flow", &heated.flow, "m^3/s")] {
@@ -290,14 +253,9 @@ impl Check<'_> {
         let heard_through = file.heard_through.list();
         on.iter().try_for_each(|id| known_ground(plan, id))?;
         heard_through.iter().try_for_each(|id| known_stage(plan, id))?;
-        file.with.iter().try_for_each(|(role, id)| candidate_of(self.catalogue, role, id))?;
+        file.with.iter().try_for_each(|(role, id)| self.catalogue.of_role(role, id).map(|_| ()))?;
         let compete = file.compete.list();
-        for role in &compete {
-            if self.catalogue.competing(role).is_empty() {
-                let known = listed(self.catalogue.roles());
-                return Err(StudyProblem::Unknown { what: "role", name: role.clone(), known });
-            }
-        }
+        compete.iter().try_for_each(|role| self.catalogue.known_role(role))?;
         for id in file.among.iter().chain(file.rows.iter().flatten()) {
             if self.catalogue.get(id).is_none() {
                 let known = listed(self.catalogue.candidates().iter().map(|c| c.id.as_str()));
@@ -305,7 +263,7 @@ impl Check<'_> {
             }
         }
         for noise in [Some(&file.noise), file.noise_of_predictions.as_ref()].into_iter().flatten() {
-            self.noise(noise, plan)?;
+            noise.check(plan, self.campaign, self.catalogue)?;
         }
         self.rig.microphones.have(&file.microphones)?;
         // Models that responses leave open are not decided here by less.
@@ -338,19 +296,22 @@ impl Check<'_> {
         counted_once(plan, &stage)?;
         Ok(stage)
     }
+}
 
-    fn noise(&self, noise: &NoiseSpec, plan: &Plan) -> Result<(), StudyProblem> {
-        for sd in noise.all() {
+impl NoiseSpec {
+    /// Checks that every stage, factor and role that it names exists.
+    ///
+    /// # Errors
+    /// [`StudyProblem::Unknown`].
+    pub fn check(&self, plan: &Plan, campaign: &Campaign, catalogue: &Catalogue) -> Result<(), StudyProblem> {
+        for sd in self.all() {
             if let SdSpec::Like { stage, .. } = sd {
                 known_stage(plan, stage)?;
             }
         }
-        if let Some(law) = &noise.law {
-            self.campaign.known_factor(&law.over)?;
-            if self.catalogue.competing(&law.role).is_empty() {
-                let known = listed(self.catalogue.roles());
-                return Err(StudyProblem::Unknown { what: "role", name: law.role.clone(), known });
-            }
+        if let Some(law) = &self.law {
+            campaign.known_factor(&law.over)?;
+            catalogue.known_role(&law.role)?;
         }
         Ok(())
     }

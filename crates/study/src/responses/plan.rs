@@ -112,12 +112,7 @@ impl ResponseStage {
         if let Some(factor) = &self.session {
             campaign.known_factor(factor)?;
         }
-        for role in &self.compete {
-            if catalogue.competing(role).is_empty() {
-                let known = listed(catalogue.roles());
-                return Err(StudyProblem::Unknown { what: "role", name: role.clone(), known });
-            }
-        }
+        self.compete.iter().try_for_each(|role| catalogue.known_role(role))?;
         for id in self.with.values().chain(&self.among) {
             if catalogue.get(id).is_none() {
                 let known = listed(catalogue.candidates().iter().map(|c| c.id.as_str()));

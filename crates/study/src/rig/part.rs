@@ -124,7 +124,10 @@ impl Instruments {
     }
 
     /// Refuses a name that none of them has.
-    pub(crate) fn have(&self, names: &[String]) -> Result<(), StudyProblem> {
+    ///
+    /// # Errors
+    /// [`StudyProblem::Unknown`].
+    pub fn have(&self, names: &[String]) -> Result<(), StudyProblem> {
         let Some(name) = names.iter().find(|name| !self.names.contains(name)) else { return Ok(()) };
         let known = listed(self.names.iter().map(String::as_str));
         Err(StudyProblem::Unknown { what: "microphone", name: name.clone(), known })

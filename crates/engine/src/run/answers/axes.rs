@@ -1,11 +1,11 @@
 //! The axis of a figure and its series, from the factors of a campaign.
 
 use super::super::course::Run;
-use super::super::frame::{FrameColumn, FrameRow, finite};
-use super::{AnswerPanel, Layer, LayerLook};
+use super::super::frame::{FrameColumn, FrameRow, ShownUnit, finite};
+use super::answer::{AnswerPanel, Layer, LayerLook};
 use crate::Observed;
-use rijke_study::Point;
 use rijke_study::plan::Question;
+use rijke_study::{Factor, Point};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Unit and label of what modes are compared by.
@@ -37,22 +37,14 @@ impl Run {
     /// The name of the series of a point: the value of the question's factor, or the row of the campaign.
     pub(super) fn series(&self, question: &Question, point: &Point) -> String {
         match question.series {
-            Some(k) if point.factors[k].is_finite() => {
-                let factor = &self.study.campaign.factors[k];
-                format!("{} = {} {}", factor.name, point.factors[k], factor.unit_in_print())
-            }
+            Some(k) if point.factors[k].is_finite() => self.study.campaign.factors[k].said(point.factors[k]),
             _ => point.row.clone(),
         }
     }
 
     /// A column per factor.
-    pub(super) fn factor_columns(&self) -> Vec<FrameColumn> {
-        self.study
-            .campaign
-            .factors
-            .iter()
-            .map(|f| FrameColumn::new(&f.name, &symbol(&f.name), &f.unit_in_print()))
-            .collect()
+    pub(crate) fn factor_columns(&self) -> Vec<FrameColumn> {
+        self.study.campaign.factors.iter().map(factor_column).collect()
     }
 
     /// A row of a mode that begins with the factors of its point.
@@ -119,12 +111,22 @@ pub(super) fn missed(x_label: &str, frame: usize, modes: &[Option<&str>]) -> Vec
     modes.iter().flat_map(|mode| [(*mode, 0), (*mode, 1)]).map(panel).collect()
 }
 
+/// The column of a factor: its numbers in SI, shown in the unit of the campaign.
+pub(crate) fn factor_column(factor: &Factor) -> FrameColumn {
+    let (unit, shown) = (factor.unit_in_print(), &factor.shown);
+    let other = (unit != shown.text()).then(|| ShownUnit {
+        unit: shown.to_string(),
+        zero: shown.offset(),
+        one: shown.factor(),
+    });
+    FrameColumn { shown: other, ..FrameColumn::new(&factor.name, &symbol(&factor.name), &unit) }
+}
+
 /// A label with its unit.
 pub(super) fn axis_label(column: &FrameColumn) -> String {
-    if column.unit == "1" {
-        column.label.clone()
-    } else {
-        format!("{} / {}", column.label, in_print(&column.unit))
+    match column.shown_unit() {
+        "1" => column.label.clone(),
+        unit => format!("{} / {}", column.label, in_print(unit)),
     }
 }
 

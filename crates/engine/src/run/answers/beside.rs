@@ -4,8 +4,9 @@
 use super::super::found::{Checks, Missing, PointCheck};
 use super::super::frame::{Frame, FrameColumn, FrameRow};
 use super::super::record::{MeasuredRecord, StageRecord};
-use super::axes::symbol;
-use super::{Answer, AnswerPanel, Layer, LayerLook};
+use super::answer::{Answer, AnswerPanel, Layer, LayerLook};
+use super::axes::{axis_label, factor_column};
+use rijke_study::Factor;
 
 /// Every point given all others, as a table.
 #[must_use]
@@ -28,13 +29,11 @@ pub fn left_out_table(checks: &Checks) -> Frame {
 }
 
 /// The residuals of a stage over every factor that varies, and over the frequency; none where nothing varies.
-/// `factors` are names and units.
+/// `factors` are those of the campaign.
 #[must_use]
-pub fn residuals_over_factors(factors: &[(String, String)], stage: &StageRecord) -> Option<Answer> {
+pub fn residuals_over_factors(factors: &[Factor], stage: &StageRecord) -> Option<Answer> {
     let checks = stage.checks.as_ref()?;
-    let factors = || factors.iter().map(|(name, unit)| (name.as_str(), unit.as_str()));
-    let mut columns: Vec<FrameColumn> =
-        factors().map(|(name, unit)| FrameColumn::new(name, &symbol(name), unit)).collect();
+    let mut columns: Vec<FrameColumn> = factors.iter().map(factor_column).collect();
     columns.push(FrameColumn::new("frequency", "Frequency", "Hz"));
     columns.push(FrameColumn::new("residual", "Residual, given all other points", "1"));
     let last = columns.len() - 1;
@@ -55,11 +54,7 @@ pub fn residuals_over_factors(factors: &[(String, String)], stage: &StageRecord)
     let shown: Vec<usize> = (0..last).filter(varies).collect();
     let layer = |k: usize| Layer { frame: 0, look: LayerLook::Dots, x: k, y: last, sd: None, mode: None };
     let panel = |&k: &usize| AnswerPanel {
-        x: if columns[k].unit == "1" {
-            columns[k].label.clone()
-        } else {
-            format!("{} / {}", columns[k].label, columns[k].unit)
-        },
+        x: axis_label(&columns[k]),
         y: "Residual / sd".to_owned(),
         layers: vec![layer(k)],
     };

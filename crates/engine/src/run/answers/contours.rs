@@ -3,18 +3,44 @@
 use super::super::course::Run;
 use super::super::frame::{Frame, FrameColumn, FrameRow, finite};
 use super::super::record::parameters;
+use super::answer::{AnswerPanel, Found, Layer, LayerLook};
 use super::axes::axis_label;
-use super::{AnswerPanel, Found, Layer, LayerLook};
+use super::kinds::Ask;
 use crate::noise::Noise;
 use crate::{EngineError, Training, train};
 use rayon::prelude::*;
 use rijke_inference::{NoiseMode, Prior};
 use rijke_study::plan::Question;
+use rijke_study::{Study, StudyProblem};
+use serde::Deserialize;
+
+/// Asks for the posterior of the model of a stage for some sets of microphones.
+#[derive(Default, Deserialize)]
+#[serde(default)]
+pub(super) struct Contours {
+    /// Names of microphones; an empty set is all of them. Every set that holds the reference if empty.
+    sets: Vec<Vec<String>>,
+}
+
+impl Ask for Contours {
+    const KIND: &'static str = "contours";
+
+    fn check(&self, study: &Study) -> Result<(), StudyProblem> {
+        self.sets.iter().try_for_each(|set| study.rig.microphones.have(set))
+    }
+
+    fn answer(&self, run: &Run, question: &Question) -> Result<Found, EngineError> {
+        let names = &run.rig.microphones.names;
+        let place = |name: &String| names.iter().position(|n| n == name);
+        let places = |set: &Vec<String>| set.iter().filter_map(place).collect();
+        run.contours(question, &self.sets.iter().map(places).collect::<Vec<_>>())
+    }
+}
 
 impl Run {
     /// All sets assume the noise of the pressures that the stage found with all microphones: a set of two
     /// measures no more than it fits, and could not choose any.
-    pub(super) fn contours(&self, question: &Question, sets: &[Vec<usize>]) -> Result<Found, EngineError> {
+    fn contours(&self, question: &Question, sets: &[Vec<usize>]) -> Result<Found, EngineError> {
         let no_stage = || EngineError::NoPoint { stage: question.stage.clone() };
         let (_, stage) = self.study.plan.stage(&question.stage).ok_or_else(no_stage)?;
         let chosen = self.chosen(&question.stage).ok_or_else(no_stage)?;

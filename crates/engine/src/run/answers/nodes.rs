@@ -1,7 +1,7 @@
 //! The grid of a map of stability, back from its table.
 
 use super::super::frame::{Frame, FrameRow};
-use super::Layer;
+use super::answer::Layer;
 use rijke_numerics::GridField;
 use std::collections::BTreeMap;
 

@@ -4,26 +4,64 @@ use super::super::combined::assembly_of;
 use super::super::course::Run;
 use super::super::frame::{Frame, FrameColumn};
 use super::super::inputs::selected;
+use super::answer::{AnswerPanel, Found, Layer, LayerLook};
 use super::axes::{axis_label, symbol};
-use super::{AnswerPanel, Found, Layer, LayerLook};
+use super::kinds::Ask;
 use crate::rows::with_candidates;
 use crate::{Assembly, EngineError, Noise, Observed, Trained, train};
 use rayon::prelude::*;
 use rijke_formula::Here;
 use rijke_numerics::{C64, JetSpace, Order};
-use rijke_study::Candidate;
 use rijke_study::names::{FLANGED, S};
-use rijke_study::plan::{PointByPoint, Question};
+use rijke_study::plan::{NoiseSpec, Question, Selection};
+use rijke_study::{Candidate, Study, StudyProblem};
+use serde::Deserialize;
+use std::collections::BTreeMap;
+
+/// Asks for a coefficient that is free at every point.
+#[derive(Default, Deserialize)]
+#[serde(default)]
+pub(super) struct PointByPoint {
+    /// Role and candidate; the coefficient is the first law of the one whose role the stage's model does not
+    /// have.
+    with: BTreeMap<String, String>,
+    /// Roles of the stage's model that are taken away.
+    without: Vec<String>,
+    /// Parameters held at a value.
+    hold: BTreeMap<String, f64>,
+    /// The points.
+    points: Selection,
+    /// What is assumed of the misfit.
+    noise: NoiseSpec,
+    /// Whether the errors of the base states enter.
+    base_errors: bool,
+    /// The factor by which the coefficient is divided for show.
+    per: Option<String>,
+}
+
+impl Ask for PointByPoint {
+    const KIND: &'static str = "point-by-point";
+
+    fn check(&self, study: &Study) -> Result<(), StudyProblem> {
+        self.points.check(&study.campaign)?;
+        if self.with.is_empty() {
+            let need = "name the role and the candidate that is free at every point";
+            return Err(StudyProblem::Missing { key: "with".into(), need });
+        }
+        self.per.iter().try_for_each(|name| study.campaign.known_factor(name).map(|_| ()))?;
+        self.noise.check(&study.plan, &study.campaign, &study.catalogue)
+    }
+
+    fn answer(&self, run: &Run, question: &Question) -> Result<Found, EngineError> {
+        run.point_by_point(question, self)
+    }
+}
 
 impl Run {
     /// Every point is an inference of its own: the parameters of the candidate are free, and the parameters
     /// of all others have the posterior of the stage as their prior, so that their uncertainty is part of the
     /// standard deviation.
-    pub(super) fn point_by_point(
-        &self,
-        question: &Question,
-        one: &PointByPoint,
-    ) -> Result<Found, EngineError> {
+    fn point_by_point(&self, question: &Question, one: &PointByPoint) -> Result<Found, EngineError> {
         let no_stage = || EngineError::NoPoint { stage: question.stage.clone() };
         let (_, stage) = self.study.plan.stage(&question.stage).ok_or_else(no_stage)?;
         let done = self.stage_done(&question.stage).ok_or_else(no_stage)?;
@@ -49,13 +87,14 @@ impl Run {
         // The one that brings a role of its own; the others take the places of those that the stage has.
         let free = own.iter().find(|c| !done.choice.contains_key(&c.role)).or(own.first());
         let place = assembly.candidates().iter().position(|c| free.is_some_and(|o| o.id == c.id));
+        let per = one.per.as_ref().and_then(|name| self.study.campaign.factor(name));
         let at = |o: &Observed| {
             let trained = train(&assembly, std::slice::from_ref(o), &training)?;
-            let per = one.per.map_or(1.0, |k| o.conditions.point.factors[k]);
+            let per = per.map_or(1.0, |k| o.conditions.point.factors[k]);
             Ok(numbers(&assembly, place.unwrap_or(0), o, &trained, per))
         };
         let found = points.par_iter().map(at).collect::<Result<Vec<_>, EngineError>>()?;
-        let (name, unit) = self.coefficient(free, one.per);
+        let (name, unit) = self.coefficient(free, per);
         let mut columns = self.factor_columns();
         let first = columns.len();
         for (column, label, unit) in [

@@ -4,14 +4,17 @@ use super::super::course::{Chosen, Run};
 use super::super::frame::{Frame, FrameColumn, FrameRow, finite};
 use super::super::inputs::conditions_or_ambient;
 use super::super::record::ModelRecord;
+use super::answer::{Found, LayerLook};
 use super::axes::{
-    apart, axis_label, growth_and_frequency, measured, measured_columns, missed, missed_columns, symbol,
+    apart, axis_label, factor_column, growth_and_frequency, measured, measured_columns, missed,
+    missed_columns,
 };
-use super::{Found, LayerLook};
+use super::kinds::Ask;
 use crate::{Conditions, EngineError, Observed, PointModel};
 use rijke_network::Workspace;
 use rijke_numerics::{C64, Order};
 use rijke_study::plan::Question;
+use serde::Deserialize;
 
 /// How many models a figure shows as lines, and as dashes at every point: those with the most evidence.
 const MOST_LINES: usize = 7;
@@ -20,8 +23,20 @@ const MOST_DASHES: usize = 2;
 /// Number of places at which lines are computed.
 const LINE_POINTS: usize = 121;
 
+/// Asks for curves of a stage's competitors over a factor.
+#[derive(Deserialize)]
+pub(super) struct Ranking {}
+
+impl Ask for Ranking {
+    const KIND: &'static str = "ranking";
+
+    fn answer(&self, run: &Run, question: &Question) -> Result<Found, EngineError> {
+        run.ranking(question)
+    }
+}
+
 impl Run {
-    pub(super) fn ranking(&self, question: &Question) -> Result<Found, EngineError> {
+    fn ranking(&self, question: &Question) -> Result<Found, EngineError> {
         let Some(done) = self.stage_done(&question.stage) else {
             return Err(EngineError::NoPoint { stage: question.stage.clone() });
         };
@@ -34,8 +49,7 @@ impl Run {
         let Some(axis) = self.axis(question, points.iter().map(|o| &o.conditions.point)) else {
             return Ok((frames, Vec::new(), Vec::new(), String::new()));
         };
-        let factor = &self.study.campaign.factors[axis];
-        let x = FrameColumn::new(&factor.name, &symbol(&factor.name), &factor.unit_in_print());
+        let x = factor_column(&self.study.campaign.factors[axis]);
         // What points share was estimated where they are.
         let shared = models.iter().any(|(record, _)| !record.fitted.is_empty());
         let line = if shared { Vec::new() } else { self.line(axis, &points)? };

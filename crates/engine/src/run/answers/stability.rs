@@ -2,8 +2,8 @@
 
 use super::super::frame::{Frame, FrameColumn, FrameRow, finite};
 use super::super::predicted::Forecast;
-use super::axes::{axis_label, symbol, with_sd};
-use super::{Answer, AnswerPanel, Layer, LayerLook};
+use super::answer::{Answer, AnswerPanel, Layer, LayerLook};
+use super::axes::{axis_label, factor_column, with_sd};
 use crate::SavedModel;
 use rijke_study::Study;
 use rijke_study::plan::{MapGrid, MapQuestion};
@@ -68,10 +68,7 @@ pub fn stability(
             .collect();
         nodes.extend(all.filter(|all| !all.is_empty()).map(|modes| Node { at, modes }));
     }
-    let columns = factors.map(|k| {
-        let factor = &campaign.factors[k];
-        FrameColumn::new(&factor.name, &symbol(&factor.name), &factor.unit_in_print())
-    });
+    let columns = factors.map(|k| factor_column(&campaign.factors[k]));
     let labels = [0, 1].map(|k| axis_label(&columns[k]));
     let numbers = [
         ("growth_rate", "Growth rate", "1/s"),
@@ -186,8 +183,9 @@ impl Verdict {
         };
         let [value, sd] = node.largest(0.0);
         let shown = |k: usize| {
-            let unit = if columns[k].unit == "1" { String::new() } else { format!(" {}", columns[k].unit) };
-            let value = format!("{:.4}", node.at[k]);
+            let unit = columns[k].shown_unit();
+            let unit = if unit == "1" { String::new() } else { format!(" {unit}") };
+            let value = format!("{:.4}", columns[k].shown_of(node.at[k]));
             let value = value.trim_end_matches('0').trim_end_matches('.');
             format!("{} = {value}{unit}", columns[k].name)
         };
@@ -208,17 +206,8 @@ fn fixed(study: &Study, asked: &MapQuestion, places: &[usize]) -> String {
     let Some(point) = places.first().map(|k| &study.campaign.points[*k]) else { return String::new() };
     let factors = study.campaign.factors.iter().zip(&point.factors).enumerate();
     let others = factors.filter(|(k, (_, v))| !asked.grid.factors.contains(k) && v.is_finite());
-    let mut all: Vec<String> = others
-        .map(|(_, (factor, v))| {
-            let unit = factor.unit_in_print();
-            let v = format!("{v:.4e}").parse::<f64>().unwrap_or(*v);
-            if unit == "1" {
-                format!("{} = {v}", factor.name)
-            } else {
-                format!("{} = {v} {unit}", factor.name)
-            }
-        })
-        .collect();
+    let mut all: Vec<String> =
+        others.map(|(_, (factor, v))| factor.said(format!("{v:.4e}").parse().unwrap_or(*v))).collect();
     all.extend(point.ambient.map(|[kelvin, _]| format!("T_amb = {kelvin} K")));
     if all.is_empty() { String::new() } else { format!(" Everywhere {}.", all.join(", ")) }
 }
@@ -229,8 +218,10 @@ fn beyond(points: &[FrameRow], values: &[Vec<f64>; 2], columns: &[FrameColumn]) 
         let trained = || points.iter().filter_map(|row| row.values[k]);
         let (low, high) = (trained().reduce(f64::min)?, trained().reduce(f64::max)?);
         let (first, last) = (values[k].first()?, values[k].last()?);
-        let unit = if columns[k].unit == "1" { String::new() } else { format!(" {}", columns[k].unit) };
-        (*first < low || *last > high).then(|| format!("{} {low} to {high}{unit}", columns[k].name))
+        let unit = columns[k].shown_unit();
+        let unit = if unit == "1" { String::new() } else { format!(" {unit}") };
+        let [from, to] = [low, high].map(|v| columns[k].shown_of(v));
+        (*first < low || *last > high).then(|| format!("{} {from} to {to}{unit}", columns[k].name))
     };
     let all: Vec<String> = (0..2).filter_map(far).collect();
     if all.is_empty() {

@@ -9,7 +9,9 @@ mod table;
 
 pub use table::SliderAxis;
 
+use super::answers::factor_column;
 use super::combined::assembly_of;
+use super::frame::FrameColumn;
 use super::inputs::{ambient_of_all, selected, states};
 use super::meant::observed;
 use super::record::StageRecord;
@@ -40,8 +42,8 @@ pub struct Sliders {
     /// Why it stands in the place of the model that went on, if it does.
     #[serde(skip)]
     pub instead: Option<String>,
-    /// Name and unit in print of every factor of the campaign.
-    pub factors: Vec<(String, String)>,
+    /// Every factor of the campaign, as the column of a table.
+    pub factors: Vec<FrameColumn>,
     /// The parameters.
     pub parameters: Vec<SliderParameter>,
     /// Their covariance in a new installation of the rig.
@@ -203,7 +205,7 @@ pub fn sliders(
         title: record.title.clone(),
         model: label.unwrap_or_default(),
         instead: None,
-        factors: study.campaign.factors.iter().map(|f| (f.name.clone(), f.unit_in_print())).collect(),
+        factors: study.campaign.factors.iter().map(factor_column).collect(),
         parameters,
         covariance: model.covariance,
         modes,

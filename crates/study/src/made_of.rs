@@ -1,31 +1,33 @@
 //! Of which files a folder of results was made, and which of them are others now.
 
-use crate::failure::{Classify, Failure};
-use crate::ui::Ui;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
-use std::{
-    collections::{BTreeMap, BTreeSet},
-    fs, io,
-    path::Path,
-};
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
+use std::{fs, io};
 
 /// The digest of each file, by its path below the folder that holds them all: SHA-256, of which the first
 /// 64 bits are kept.
 #[derive(Debug, PartialEq, Serialize, Deserialize)]
-pub(crate) struct MadeOf(BTreeMap<String, String>);
+pub struct MadeOf(BTreeMap<String, String>);
 
 impl MadeOf {
     /// Name of the file that says so, in the folder that was made.
-    pub(crate) const FILE: &str = "made_of.json";
+    pub const FILE: &str = "made_of.json";
 
     /// All files of a folder of records but observations in it.
-    fn records(folder: &Path) -> io::Result<Self> {
+    ///
+    /// # Errors
+    /// The system's.
+    pub fn records(folder: &Path) -> io::Result<Self> {
         Self::of(folder, &|path| !path.starts_with("observations/"))
     }
 
-    /// What a ranking reads of a study: every table and TOML file, but no records and no results.
-    fn study(dir: &Path) -> io::Result<Self> {
+    /// What a ranking reads of the study in `dir`: every table and TOML file, but no records and no results.
+    ///
+    /// # Errors
+    /// The system's.
+    pub fn study(dir: &Path) -> io::Result<Self> {
         Self::of(dir, &|path| {
             let outside = ["records/", "results/"].iter().all(|made| !path.starts_with(made));
             let read = ["toml", "csv", "json"].iter().any(|ending| path.ends_with(&format!(".{ending}")));
@@ -39,20 +41,13 @@ impl MadeOf {
         Ok(Self(all))
     }
 
-    /// Says in `made` that it was made of the records in `folder`.
-    pub(crate) fn write_of_records(folder: &Path, made: &Path) -> Result<(), Failure> {
-        Self::records(folder).or_bad_input().map_err(|f| f.at(folder))?.write(made)
-    }
-
-    /// Says in `made` that it was made of the study in `dir`.
-    pub(crate) fn write_of_study(dir: &Path, made: &Path) -> Result<(), Failure> {
-        Self::study(dir).or_bad_input().map_err(|f| f.at(dir))?.write(made)
-    }
-
-    fn write(&self, made: &Path) -> Result<(), Failure> {
-        let path = made.join(Self::FILE);
-        let text = serde_json::to_string_pretty(self).or_failed()?;
-        rijke_numerics::write_whole(&path, text.as_bytes()).or_failed().map_err(|f| f.at(&path))
+    /// Says in the folder `made` that it was made of these.
+    ///
+    /// # Errors
+    /// The system's.
+    pub fn write(&self, made: &Path) -> io::Result<()> {
+        let text = serde_json::to_string_pretty(self)?;
+        rijke_numerics::write_whole(&made.join(Self::FILE), text.as_bytes())
     }
 
     /// The files that are not what they were, those that came and those that went; none where nothing says
@@ -69,7 +64,8 @@ impl MadeOf {
 }
 
 /// The records that changed since DIR/observations was made of DIR/records.
-pub(crate) fn changed_records(dir: &Path) -> Vec<String> {
+#[must_use]
+pub fn changed_records(dir: &Path) -> Vec<String> {
     let records = dir.join("records");
     if !records.is_dir() {
         return Vec::new();
@@ -78,40 +74,9 @@ pub(crate) fn changed_records(dir: &Path) -> Vec<String> {
 }
 
 /// The files of a study that changed since DIR/results was made of it.
-pub(crate) fn changed_study(dir: &Path) -> Vec<String> {
+#[must_use]
+pub fn changed_study(dir: &Path) -> Vec<String> {
     MadeOf::changed(&dir.join("results"), || MadeOf::study(dir))
-}
-
-/// Warns of observations that are of other records.
-pub(crate) fn warn_of_records(dir: &Path, ui: &Ui) {
-    let changed = changed_records(dir);
-    if !changed.is_empty() {
-        ui.note(format!(
-            "warning: {} is not of these records: {} changed since; process them again, with --force",
-            dir.join("observations").display(),
-            few(&changed)
-        ));
-    }
-}
-
-/// Warns of results that are of another study.
-pub(crate) fn warn_of_study(dir: &Path, ui: &Ui) {
-    warn_of_records(dir, ui);
-    let changed = changed_study(dir);
-    if !changed.is_empty() {
-        ui.note(format!(
-            "warning: {} is not of these files: {} changed since; rank again, with --force",
-            dir.join("results").display(),
-            few(&changed)
-        ));
-    }
-}
-
-/// The first of several names.
-pub(crate) fn few(names: &[String]) -> String {
-    const SHOWN: usize = 4;
-    let more = if names.len() > SHOWN { format!(" and {} more", names.len() - SHOWN) } else { String::new() };
-    names.iter().take(SHOWN).map(String::as_str).collect::<Vec<_>>().join(", ") + &more
 }
 
 /// Adds the files of a folder whose path below the first one is `wanted`, but hidden ones.
@@ -156,7 +121,7 @@ mod tests {
         write("records/a/0.wav", "1");
         write("records/a/1.wav", "2");
         assert!(changed_records(&dir).is_empty(), "nothing says what they were made of");
-        MadeOf::write_of_records(&dir.join("records"), &dir.join("observations")).unwrap();
+        MadeOf::records(&dir.join("records")).unwrap().write(&dir.join("observations")).unwrap();
         assert!(changed_records(&dir).is_empty());
         write("records/a/1.wav", "3");
         write("records/b.wav", "4");
@@ -166,7 +131,7 @@ mod tests {
         write("rig.toml", "1");
         write("candidates/wall.toml", "2");
         write("observations/modes.csv", "3");
-        MadeOf::write_of_study(&dir, &dir.join("results")).unwrap();
+        MadeOf::study(&dir).unwrap().write(&dir.join("results")).unwrap();
         write("notes.md", "not read");
         write("results/page.csv", "made");
         write("records/a/1.wav", "5");
@@ -174,7 +139,6 @@ mod tests {
         write("candidates/wall.toml", "20");
         write("observations/modes.csv", "30");
         assert_eq!(changed_study(&dir), ["candidates/wall.toml", "observations/modes.csv"]);
-        assert_eq!(few(&["a", "b", "c", "d", "e", "f"].map(String::from)), "a, b, c, d and 2 more");
         fs::remove_dir_all(&dir).unwrap();
     }
 }

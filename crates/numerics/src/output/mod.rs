@@ -2,18 +2,51 @@
 
 mod lock;
 
-use crate::failure::{Classify, Failure};
-use crate::ui::Ui;
-pub(crate) use lock::Lock;
-use std::{
-    fs, io,
-    path::{Path, PathBuf},
-};
+pub use lock::Lock;
+use std::path::{Path, PathBuf};
+use std::{fs, io};
+
+/// Why nothing can be written in a place.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum OutputError {
+    /// The place cannot be taken.
+    #[error("{}: {what}", path.display())]
+    Refused {
+        /// What was to be written.
+        path: PathBuf,
+        /// Why not.
+        what: String,
+        /// What to do, an imperative sentence.
+        remedy: &'static str,
+    },
+    /// Writing failed although the place could be taken.
+    #[error("{}: {source}", path.display())]
+    Failed {
+        /// What was written.
+        path: PathBuf,
+        /// What the system says.
+        source: io::Error,
+    },
+}
+
+/// What to do where the system lets nobody write.
+const ELSEWHERE: &str = "Give a place in which you may write.";
+
+impl OutputError {
+    fn refused(path: &Path, what: impl ToString, remedy: &'static str) -> Self {
+        Self::Refused { path: path.to_owned(), what: what.to_string(), remedy }
+    }
+
+    fn failed(path: &Path) -> impl FnOnce(io::Error) -> Self {
+        |source| Self::Failed { path: path.to_owned(), source }
+    }
+}
 
 /// A folder that appears under its name only when it is complete. Until then it is written beside its place
-/// under a name of this process, which is removed when the command fails, and by the next run if the command
-/// was killed.
-pub(crate) struct StagedFolder {
+/// under a name of this process, which is removed when it is dropped, and by the next process if this one was
+/// killed.
+pub struct StagedFolder {
     target: PathBuf,
     partial: PathBuf,
     /// The names that are written; others in `target` are kept. None if all of it is.
@@ -31,18 +64,24 @@ impl StagedFolder {
     /// Starts writing `target`. A non-empty `target` is refused, unless `force` is given and it holds `mark`,
     /// a file that every finished folder of this kind has: a folder of anything else is never removed. It is
     /// refused too while another run writes it.
-    pub(crate) fn new(target: &Path, mark: &str, force: bool) -> Result<Self, Failure> {
+    ///
+    /// # Errors
+    /// [`OutputError`].
+    pub fn new(target: &Path, mark: &str, force: bool) -> Result<Self, OutputError> {
         Self::start(target, mark, None, force)
     }
 
     /// As [`Self::new`], for a folder in which the user may keep files: all but those with the names `own`
     /// stay, and a folder that holds none of `own` counts as empty.
-    pub(crate) fn beside_others(
+    ///
+    /// # Errors
+    /// [`OutputError`].
+    pub fn beside_others(
         target: &Path,
         mark: &str,
         own: &'static [&'static str],
         force: bool,
-    ) -> Result<Self, Failure> {
+    ) -> Result<Self, OutputError> {
         Self::start(target, mark, Some(own), force)
     }
 
@@ -51,17 +90,16 @@ impl StagedFolder {
         mark: &str,
         own: Option<&'static [&'static str]>,
         force: bool,
-    ) -> Result<Self, Failure> {
-        let shown = target.display();
+    ) -> Result<Self, OutputError> {
         if target.file_name().is_none() {
-            return Err(Failure::bad_input(format!("{shown}: not the name of a folder"))
-                .remedy("Name a folder to be created, such as results."));
+            let remedy = "Name a folder to be created, such as results.";
+            return Err(OutputError::refused(target, "not the name of a folder", remedy));
         }
+        let given = target;
         // A link is followed, so that its folder has one lock whatever it is called.
         let target = target.canonicalize().unwrap_or_else(|_| target.to_owned());
-        let place = |failure: Failure| failure.remedy("Give a place in which you may write.");
         if let Some(parent) = target.parent() {
-            fs::create_dir_all(parent).or_bad_input().map_err(|f| place(f.at(parent)))?;
+            fs::create_dir_all(parent).map_err(|e| OutputError::refused(parent, e, ELSEWHERE))?;
         }
         let lock = Lock::take(&target)?;
         let replaced = replaced(&target);
@@ -69,7 +107,7 @@ impl StagedFolder {
             // A run was killed while it put its folder in the place of this one.
             let mended =
                 if target.exists() { fs::remove_dir_all(&replaced) } else { fs::rename(&replaced, &target) };
-            mended.or_failed().map_err(|f| f.at(&replaced))?;
+            mended.map_err(OutputError::failed(&replaced))?;
         }
         let occupied = match fs::read_dir(&target) {
             Ok(mut entries) => match own {
@@ -79,53 +117,59 @@ impl StagedFolder {
             Err(_) => target.exists(),
         };
         if occupied && !force {
-            return Err(Failure::bad_input(format!("{shown}: exists already"))
-                .remedy("Replace it with --force, or move it away."));
+            let remedy = "Replace it with --force, or move it away.";
+            return Err(OutputError::refused(given, "exists already", remedy));
         }
         if occupied && !target.join(mark).is_file() {
-            return Err(Failure::bad_input(format!(
-                "{shown}: holds no {mark}, so it may hold something else"
-            ))
-            .remedy("Give another folder, or remove this one yourself."));
+            let what = format!("holds no {mark}, so it may hold something else");
+            return Err(OutputError::refused(
+                given,
+                what,
+                "Give another folder, or remove this one yourself.",
+            ));
         }
-        let (partial, left) = start_afresh(&target).or_failed().map_err(|f| f.at(&target))?;
-        fs::create_dir(&partial).or_bad_input().map_err(|f| place(f.at(&partial)))?;
+        let (partial, left) = start_afresh(&target).map_err(OutputError::failed(&target))?;
+        fs::create_dir(&partial).map_err(|e| OutputError::refused(&partial, e, ELSEWHERE))?;
         Ok(Self { target, partial, own, left, _lock: lock })
     }
 
-    /// Says that a run before was killed, if one was.
-    pub(crate) fn told(self, ui: &Ui) -> Self {
-        if self.left > 0 {
-            let shown = self.target.display();
-            ui.note(format!("{shown}: what a run before this one left unfinished beside it is removed"));
-        }
-        self
+    /// Where a run before this one was killed, the folder beside which what it left unfinished was removed.
+    #[must_use]
+    pub fn after_killed_run(&self) -> Option<&Path> {
+        (self.left > 0).then_some(&self.target)
     }
 
     /// Where to write for now.
-    pub(crate) fn path(&self) -> &Path {
+    #[must_use]
+    pub fn path(&self) -> &Path {
         &self.partial
     }
 
     /// Puts the finished folder in its place.
-    pub(crate) fn commit(self) -> Result<(), Failure> {
+    ///
+    /// # Errors
+    /// [`OutputError::Failed`].
+    pub fn commit(self) -> Result<(), OutputError> {
         let (target, old) = (&self.target, replaced(&self.target));
         if let Some(own) = self.own.filter(|_| target.is_dir()) {
-            keep_others(target, &self.partial, own).or_failed().map_err(|f| f.at(target))?;
+            keep_others(target, &self.partial, own).map_err(OutputError::failed(target))?;
         }
         if target.is_dir() {
-            fs::rename(target, &old).or_failed().map_err(|f| f.at(target))?;
+            fs::rename(target, &old).map_err(OutputError::failed(target))?;
         }
-        fs::rename(&self.partial, target).or_failed().map_err(|f| f.at(target))?;
+        fs::rename(&self.partial, target).map_err(OutputError::failed(target))?;
         if old.is_dir() {
-            fs::remove_dir_all(&old).or_failed().map_err(|f| f.at(&old))?;
+            fs::remove_dir_all(&old).map_err(OutputError::failed(&old))?;
         }
         Ok(())
     }
 }
 
 /// Copies what a folder holds beside files of the names `own`.
-pub(crate) fn keep_others(from: &Path, to: &Path, own: &[&str]) -> io::Result<()> {
+///
+/// # Errors
+/// The system's.
+pub fn keep_others(from: &Path, to: &Path, own: &[&str]) -> io::Result<()> {
     for entry in fs::read_dir(from)? {
         let entry = entry?;
         let name = entry.file_name();
@@ -150,24 +194,25 @@ impl Drop for StagedFolder {
     }
 }
 
-/// Writes a file that appears under its name only when it is complete. Of several runs that write it at once,
-/// the last wins. What is no regular file (a pipe, a device) is written to as it is.
-pub(crate) fn write_whole(path: &Path, content: &[u8]) -> Result<(), Failure> {
+/// As [`write_whole`](crate::write_whole), for a place that a user names: a link is followed, what is no
+/// regular file (a pipe, a device) is written to as it is, and what killed runs left beside it is removed.
+///
+/// # Errors
+/// [`OutputError::Refused`].
+pub fn write_output(path: &Path, content: &[u8]) -> Result<(), OutputError> {
     if path.file_name().is_none() || path.is_dir() {
-        return Err(Failure::bad_input(format!("{}: not the name of a file", path.display()))
-            .remedy("Name a file to be written."));
+        return Err(OutputError::refused(path, "not the name of a file", "Name a file to be written."));
     }
-    let place = |failure: Failure| failure.at(path).remedy("Give a place in which you may write.");
+    let refused = |error: io::Error| OutputError::refused(path, error, ELSEWHERE);
     if path.exists() && !path.is_file() {
-        return fs::write(path, content).or_bad_input().map_err(place);
+        return fs::write(path, content).map_err(refused);
     }
     let target = path.canonicalize().unwrap_or_else(|_| path.to_owned());
     if target.parent().is_some_and(|folder| !folder.as_os_str().is_empty() && !folder.is_dir()) {
-        return Err(place(Failure::bad_input("its folder does not exist")));
+        return Err(OutputError::refused(path, "its folder does not exist", ELSEWHERE));
     }
     let _lock = Lock::wait(&target)?;
-    let written = start_afresh(&target).and_then(|_| rijke_numerics::write_whole(&target, content));
-    written.or_bad_input().map_err(place)
+    start_afresh(&target).and_then(|_| crate::write_whole(&target, content)).map_err(refused)
 }
 
 /// The name under which this process writes `target` until it is whole. Removes what earlier runs left under
@@ -313,11 +358,11 @@ mod tests {
         fs::write(folder.join("real.csv"), "old").unwrap();
         fs::write(folder.join(".real.csv.partial-4000000001"), "half").unwrap();
         std::os::unix::fs::symlink("real.csv", folder.join("link.csv")).unwrap();
-        write_whole(&folder.join("link.csv"), b"new").unwrap();
+        write_output(&folder.join("link.csv"), b"new").unwrap();
         assert_eq!(fs::read_to_string(folder.join("real.csv")).unwrap(), "new");
         assert_eq!(names(&folder), ["link.csv", "real.csv"]);
         assert!(folder.join("link.csv").is_symlink());
-        write_whole(Path::new("/dev/null"), b"gone").unwrap();
+        write_output(Path::new("/dev/null"), b"gone").unwrap();
         assert!(!Path::new("/dev/null").is_file());
         fs::remove_dir_all(folder).unwrap();
     }

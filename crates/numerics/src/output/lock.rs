@@ -1,15 +1,13 @@
 //! One writer for each output: an advisory lock of the operating system, which ends with the process that
 //! holds it.
 
-use crate::failure::Failure;
-use std::{
-    fs::{self, File, TryLockError},
-    io::{self, Read, Seek, Write},
-    path::{Path, PathBuf},
-};
+use super::OutputError;
+use std::fs::{self, File, TryLockError};
+use std::io::{self, Read, Seek, Write};
+use std::path::{Path, PathBuf};
 
 /// The right to write a file or folder. It ends when it is dropped, and with the process, however that ends.
-pub(crate) struct Lock {
+pub struct Lock {
     /// The file that is locked. It stands beside what is written.
     path: PathBuf,
     file: File,
@@ -17,19 +15,25 @@ pub(crate) struct Lock {
 
 impl Lock {
     /// The lock of `target`. It is refused while another run holds it.
-    pub(crate) fn take(target: &Path) -> Result<Self, Failure> {
+    ///
+    /// # Errors
+    /// [`OutputError::Refused`].
+    pub fn take(target: &Path) -> Result<Self, OutputError> {
         // By whatever name it is called, such as `.` or a link.
         let real = target.canonicalize().unwrap_or_else(|_| target.to_owned());
         Self::hold(super::beside(&real, "lock"), target, File::try_lock)
     }
 
     /// The lock of `target`, as soon as nobody else holds it: for work of milliseconds.
-    pub(super) fn wait(target: &Path) -> Result<Self, Failure> {
+    pub(super) fn wait(target: &Path) -> Result<Self, OutputError> {
         Self::hold(super::beside(target, "lock"), target, |file| file.lock().map_err(TryLockError::Error))
     }
 
     /// The lock of all that a command writes into `folder` in several steps, each with a lock of its own.
-    pub(crate) fn within(folder: &Path) -> Result<Self, Failure> {
+    ///
+    /// # Errors
+    /// [`OutputError::Refused`].
+    pub fn within(folder: &Path) -> Result<Self, OutputError> {
         Self::hold(folder.join(".lock"), folder, File::try_lock)
     }
 
@@ -37,11 +41,10 @@ impl Lock {
         path: PathBuf,
         target: &Path,
         lock: impl Fn(&File) -> Result<(), TryLockError>,
-    ) -> Result<Self, Failure> {
+    ) -> Result<Self, OutputError> {
         let wrong = |error: io::Error| {
-            let (target, path) = (target.display(), path.display());
-            Failure::bad_input(format!("{target}: cannot be locked with {path}: {error}"))
-                .remedy("Give a place in which you may write, on a file system that can lock files, such as a local disk.")
+            let remedy = "Give a place in which you may write, on a file system that can lock files, such as a local disk.";
+            OutputError::refused(target, format!("cannot be locked with {}: {error}", path.display()), remedy)
         };
         loop {
             let mut file = File::options()
@@ -79,21 +82,25 @@ impl Drop for Lock {
 
 /// Writes into the file who holds its lock.
 fn sign(file: &mut File) -> io::Result<()> {
-    let words = std::env::args_os().skip(1).map(|word| word.to_string_lossy().into_owned());
-    let words: Vec<String> = std::iter::once("rijke".to_owned()).chain(words).collect();
+    let mut words: Vec<String> =
+        std::env::args_os().map(|word| word.to_string_lossy().into_owned()).collect();
+    if let Some(program) = words.first_mut() {
+        // Its name, wherever it lies.
+        *program = Path::new(&*program).file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    }
     file.set_len(0)?;
     file.rewind()?;
     write!(file, "process {}, `{}`", std::process::id(), words.join(" "))
 }
 
 /// The message for those who come later.
-fn refusal(target: &Path, file: &mut File) -> Failure {
+fn refusal(target: &Path, file: &mut File) -> OutputError {
     let mut holder = String::new();
     // Some systems do not let others read a locked file.
     let known = file.take(400).read_to_string(&mut holder).is_ok() && !holder.is_empty();
     let holder = if known { holder.replace(char::is_control, " ") } else { "unknown".to_owned() };
-    Failure::bad_input(format!("{}: another run is writing it (holder: {holder})", target.display()))
-        .remedy("Wait until that run has ended, or give another folder.")
+    let remedy = "Wait until that run has ended, or give another folder.";
+    OutputError::refused(target, format!("another run is writing it (holder: {holder})"), remedy)
 }
 
 /// Whether a path still leads to this file.
@@ -123,7 +130,7 @@ mod tests {
         let held = Lock::take(&target).unwrap();
         let said = Lock::take(&target).err().unwrap().to_string();
         assert!(said.contains(&format!("process {}", std::process::id())), "{said}");
-        assert!(said.contains("out: another run is writing it") && said.contains("remedy: Wait"), "{said}");
+        assert!(said.contains("out: another run is writing it"), "{said}");
         drop(held);
         drop(Lock::take(&target).unwrap());
         assert_eq!(fs::read_dir(&folder).unwrap().count(), 0);
