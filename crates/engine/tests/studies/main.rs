@@ -10,6 +10,7 @@ mod lengths;
 mod meant;
 mod misfit;
 mod sliders;
+mod together;
 #[path = "../common/tube.rs"]
 mod tube;
 
