@@ -49,7 +49,7 @@ pub(crate) struct Linear {
 /// What training found, as far as predictions need it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TrainedPosterior {
-    /// The parameters: those of the model, then errors that all installations share.
+    /// The parameters: those of the model, then errors that points share.
     pub gaussian: NamedGaussian,
     /// What the errors of the base states among them are.
     pub(crate) common: Option<Common>,
@@ -61,7 +61,8 @@ impl Trained {
     /// What predictions need.
     #[must_use]
     pub fn posterior(&self) -> TrainedPosterior {
-        TrainedPosterior { gaussian: self.gaussian(), common: self.common.clone(), noise: self.noise.clone() }
+        let (gaussian, common) = (self.of_predictions(), self.common.clone());
+        TrainedPosterior { gaussian, common, noise: self.noise.clone() }
     }
 }
 

@@ -31,8 +31,8 @@ pub struct SavedModel {
     /// For each noise what few data leave unknown of it ([`NoiseEstimate::few`]).
     #[serde(default)]
     few: Vec<[f64; 2]>,
-    /// Causes of errors that all installations share, and for each its shares in the directions that are
-    /// parameters.
+    /// Causes of errors that points share, and for each its shares in the directions of which something is
+    /// known.
     causes: Vec<(Cause, Vec<f64>)>,
     /// The relative error of a law that enters predictions.
     pub law: Option<crate::LawError>,
@@ -61,16 +61,17 @@ impl SavedModel {
         law: Option<crate::LawError>,
         measured: bool,
     ) -> Self {
-        let n = trained.values.len();
+        let known = trained.of_predictions();
+        let n = known.names.len();
         Self {
             stage: stage.to_owned(),
             candidates,
             hold,
             trained_on,
-            names: trained.parameters.iter().map(|p| p.name.clone()).collect(),
             own: trained.own,
-            mean: trained.values.clone(),
-            covariance: (0..n).map(|i| (0..n).map(|j| trained.covariance[(i, j)]).collect()).collect(),
+            covariance: (0..n).map(|i| (0..n).map(|j| known.covariance[(i, j)]).collect()).collect(),
+            names: known.names,
+            mean: known.mean,
             noise: trained.noise.iter().map(|e| (e.name.clone(), e.sd)).collect(),
             few: trained.noise.iter().map(|e| e.few).collect(),
             causes: trained.common.as_ref().map(Common::causes_and_shares).unwrap_or_default(),

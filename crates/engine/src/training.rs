@@ -31,6 +31,8 @@ pub struct Trained {
     pub(crate) learned: Learned,
     /// Likewise of causes of error.
     pub(crate) causes: Learned,
+    /// What the data tell of errors that several points share and that stayed a covariance.
+    pub(crate) told: OfSeveral,
     /// Their most probable values.
     pub values: Vec<f64>,
     /// Their covariance, wider where few data chose the noise ([`rijke_inference::Few`]).
@@ -53,6 +55,18 @@ pub struct Trained {
     /// Other maxima of the posterior that are not improbable: their odds against this one, and the values of
     /// the model's parameters there.
     pub elsewhere: Vec<(f64, Vec<f64>)>,
+}
+
+/// Errors that several points share and that stayed a covariance in a training.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct OfSeveral {
+    /// What growth rates and frequencies tell of them: predictions have it. In the covariance of the data the
+    /// pressures of each point have errors of their own.
+    pub(crate) learned: Learned,
+    /// The change of every growth rate and frequency per standard deviation of each.
+    pub(crate) columns: Vec<Vec<f64>>,
+    /// The change of every datum, pressures too.
+    pub(crate) whole: Vec<Vec<f64>>,
 }
 
 /// Odds below which another maximum is improbable.
@@ -91,7 +105,7 @@ pub fn train(
     let (used, noise) = (&used, &training.noise);
     let heard = |inner, own| Heard::new(inner, own, channels.as_ref(), observed, used);
     let through = heard(&predictor as &dyn Forward, own);
-    let fit = Fitting { assembly, training, model: &through, parameters: &parameters, common: None };
+    let fit = Fitting { assembly, training, model: &through, parameters: &parameters };
     let nothing = Assemblies::default();
     let blocks = Blocks { rig, observed, used, noise, scatter: &[], assemblies: &nothing };
     let (data, order) = blocks.apart()?;
@@ -148,12 +162,17 @@ pub fn train(
         let through = Heard::new(&carried, own + shared.len(), channels.as_ref(), observed, used);
         let start = [values, &vec![0.0; shared.len()], of_channels].concat();
         let options = training.search.clone().from(&start);
-        let fitting =
-            Fitting { assembly, training, model: &through, parameters: &parameters, common: Some(&common) };
+        let fitting = Fitting { assembly, training, model: &through, parameters: &parameters };
         let trained = fitting.finish(&data, order, options, observed.len())?;
         let Trained { linear, noise, parameters, values, .. } = &trained;
         let learned = assemblies.learned(linear, noise, parameters, values);
-        let trained = Trained { learned, ..trained };
+        let (_, whole) = errors.of_several(observed, used, &linear.1, usize::MAX);
+        let (of_several, columns) = errors.of_several(observed, used, &linear.1, 2);
+        let (for_predictions, names) = common.with(of_several);
+        let sds = vec![1.0; columns.len()];
+        let told = Learned::of(&linear.0, names, &columns, &sds, parameters, values);
+        let told = OfSeveral { learned: told, columns, whole };
+        let trained = Trained { learned, told, common: Some(for_predictions), ..trained };
         let causes = common.learned(&training.causes, own, &trained.gaussian());
         Ok::<_, EngineError>(Trained { causes, ..trained })
     };
@@ -217,7 +236,6 @@ struct Fitting<'a> {
     training: &'a Training,
     model: &'a dyn Forward,
     parameters: &'a Parameters,
-    common: Option<&'a Common>,
 }
 
 impl Fitting<'_> {
@@ -280,9 +298,10 @@ impl Fitting<'_> {
         Ok(Trained {
             parameters: self.parameters.list().to_vec(),
             own: self.assembly.parameters().len(),
-            common: self.common.cloned(),
+            common: None,
             learned: Learned::default(),
             causes: Learned::default(),
+            told: OfSeveral::default(),
             values: fit.parameters,
             covariance,
             noise: noise.into_iter().chain(self.training.noise.of_the_law()).collect(),
@@ -301,9 +320,17 @@ impl Trained {
     /// The posterior of the parameters, the prior of the next stage.
     #[must_use]
     pub fn gaussian(&self) -> NamedGaussian {
+        self.causes.beside(self.learned.beside(self.inferred()))
+    }
+
+    /// The posterior of the parameters and of the errors that several points share: what predictions have.
+    pub(crate) fn of_predictions(&self) -> NamedGaussian {
+        self.told.learned.beside(self.inferred())
+    }
+
+    fn inferred(&self) -> NamedGaussian {
         let names = self.parameters.iter().map(|p| p.name.clone()).collect();
-        let own = NamedGaussian { names, mean: self.values.clone(), covariance: self.covariance.clone() };
-        self.causes.beside(self.learned.beside(own))
+        NamedGaussian { names, mean: self.values.clone(), covariance: self.covariance.clone() }
     }
 
     /// Whether the most probable values lie far from these of the model's parameters.

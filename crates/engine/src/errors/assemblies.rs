@@ -135,24 +135,38 @@ impl Assemblies {
         let kept: Vec<usize> = (0..columns.len()).filter(told).collect();
         let columns: Vec<Vec<f64>> = kept.iter().map(|&k| columns[k].clone()).collect();
         let sds: Vec<f64> = kept.iter().map(|&k| sds[k]).collect();
-        let causes = linear.causes(&columns, &sds);
+        let names = kept.iter().map(|&k| self.wanted[k].name.clone()).collect();
+        Learned::of(linear, names, &columns, &sds, parameters, values)
+    }
+}
+
+impl Learned {
+    /// The posterior of errors with these names and standard deviations, which are part of the noise of a
+    /// training and move its data by their `columns`; its parameters have these `values`.
+    pub(crate) fn of(
+        linear: &Linearised,
+        names: Vec<String>,
+        columns: &[Vec<f64>],
+        sds: &[f64],
+        parameters: &[Parameter],
+        values: &[f64],
+    ) -> Self {
+        let causes = linear.causes(columns, sds);
         let few = linear.few().parameters;
         let slope = |i: usize| {
             let (p, value) = (&parameters[i], values[i]);
             p.physical(p.working(value))[1] * few[i]
         };
-        Learned {
-            names: kept.iter().map(|&k| self.wanted[k].name.clone()).collect(),
-            mean: causes.mean,
-            covariance: causes.covariance,
-            with_parameters: Matrix::from_fn(kept.len(), parameters.len(), |k, i| {
+        Self {
+            with_parameters: Matrix::from_fn(names.len(), parameters.len(), |k, i| {
                 causes.with_parameters[(k, i)] * slope(i)
             }),
+            names,
+            mean: causes.mean,
+            covariance: causes.covariance,
         }
     }
-}
 
-impl Learned {
     /// `known` of the parameters, and this.
     pub(crate) fn beside(&self, known: NamedGaussian) -> NamedGaussian {
         let p = known.names.len();

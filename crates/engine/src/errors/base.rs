@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use rijke_network::Workspace;
 use rijke_numerics::{C64, Matrix, Order};
 use rijke_study::{Cause, PointState, STEP};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 /// Causes of error of a point, and the change of its prediction per standard deviation of each.
@@ -128,6 +128,36 @@ impl BaseErrors {
         }
         groups.sort();
         groups
+    }
+
+    /// The causes of error of base states and laws that move the first `most` numbers of the predictions of
+    /// several points, and what each does to the data, each a number of the prediction.
+    pub(crate) fn of_several(
+        &self,
+        observed: &[Observed],
+        used: &[Used],
+        data: &[usize],
+        most: usize,
+    ) -> (Vec<Cause>, Vec<Vec<f64>>) {
+        let mut place = vec![None; used.iter().map(Used::size).sum()];
+        data.iter().enumerate().for_each(|(datum, &number)| place[number] = Some(datum));
+        let mut all: BTreeMap<&Cause, (BTreeSet<&str>, Vec<f64>)> = BTreeMap::new();
+        let mut offset = 0;
+        for ((list, o), u) in self.points.iter().zip(observed).zip(used) {
+            let measured = (0..u.size().min(most)).filter_map(|row| Some((row, place[offset + row]?)));
+            let measured: Vec<(usize, usize)> = measured.collect();
+            offset += u.size();
+            for (cause, change) in list.iter().filter(|(cause, _)| !matches!(cause, Cause::Factor { .. })) {
+                if measured.iter().any(|(row, _)| change[*row] != 0.0) {
+                    let (points, column) =
+                        all.entry(cause).or_insert_with(|| (BTreeSet::new(), vec![0.0; data.len()]));
+                    points.insert(&o.conditions.id);
+                    measured.iter().for_each(|(row, datum)| column[*datum] = change[*row]);
+                }
+            }
+        }
+        let several = all.into_iter().filter(|(_, (points, _))| points.len() > 1);
+        several.map(|(cause, (_, column))| (cause.clone(), column)).unzip()
     }
 
     /// Covariance of numbers, each a point and a row of its prediction: the sum over causes of j j'.

@@ -25,7 +25,7 @@ pub(crate) struct Common {
     /// How many of them earlier stages tell of: each of these is a direction of its own.
     known: usize,
     /// For each cause its shares in the directions, orthonormal columns: those that are known, a drift, then
-    /// the others, the most important first.
+    /// the others, the most important first, and for predictions those that stayed a covariance.
     shares: Matrix,
     /// The change of each number of each point, point after point, per direction.
     slopes: Matrix,
@@ -135,6 +135,22 @@ impl Common {
         let prior = Prior::Normal { mean: 0.0, sd: 1.0 };
         let parameter = |k: usize| Parameter::new(name(k), format!("b_{}", k + 1), "1", prior);
         (0..self.shares.columns()).map(parameter).collect()
+    }
+
+    /// As predictions have it: with causes that stayed a covariance, each a direction of its own behind the
+    /// others; and what the directions are called.
+    pub(crate) fn with(&self, causes: Vec<Cause>) -> (Self, Vec<String>) {
+        let (first, rows) = (self.shares.columns(), self.causes.len());
+        let share = |j: usize, k: usize| match (j.checked_sub(rows), k.checked_sub(first)) {
+            (None, None) => self.shares[(j, k)],
+            (Some(j), Some(k)) => f64::from(u8::from(j == k)),
+            _ => 0.0,
+        };
+        let columns = first + causes.len();
+        let names = (first..columns).map(name).collect();
+        let causes = [&self.causes[..], &causes].concat();
+        let shares = Matrix::from_fn(causes.len(), columns, share);
+        (Self { causes, shares, known: self.known, slopes: Matrix::default() }, names)
     }
 
     /// Of the `changes` that causes of error make to the prediction of a point: the place of each direction

@@ -3,8 +3,9 @@
 use super::errors::{Errors, causes_at, moved as conditions_moved};
 use super::head::Rest;
 use super::predict::{Load, Responses, clear};
+use super::residual::left;
 use super::select::Selected;
-use super::stage::ResponseRun;
+use super::stage::{POOR, ResponseRun};
 use super::train::{Found, Training, moved};
 use crate::{Assembly, EngineError};
 use rijke_inference::Parameter;
@@ -18,6 +19,8 @@ use std::collections::BTreeSet;
 const STAYS: f64 = 0.05;
 /// Most fits until they settle.
 const FITS: usize = 50;
+/// Nats of evidence by which another maximum is worth a word.
+const BETTER: f64 = 1.0;
 /// An error over whose standard deviation the answers bend by this share of their change is told.
 const BENT: f64 = 0.1;
 
@@ -159,6 +162,39 @@ impl ResponseRun {
 }
 
 impl Training<'_> {
+    /// As [`Training::with_errors`]. Where a stage that looks for no other maxima is left with residuals that
+    /// are no small fault of the model, they are looked for, and a warning says so.
+    ///
+    /// # Errors
+    /// As [`Training::with_errors`].
+    pub(super) fn of_a_row<'r>(
+        &self,
+        about: &dyn Fn(&[f64]) -> Result<Responses<'r>, EngineError>,
+    ) -> Result<(Option<Responses<'r>>, Found), EngineError> {
+        let first = self.with_errors(about);
+        let poor = |found: &Found| {
+            let rest = Rest { noise: &found.fit.noise, kernel: self.stage.misfit.as_ref().map(|m| m.kernel) };
+            left(self.measured, found.heard.clone(), rest).share > POOR
+        };
+        if self.stage.checked || first.as_ref().is_ok_and(|(_, found)| !poor(found)) {
+            return first;
+        }
+        let checked = ResponseStage { checked: true, ..self.stage.clone() };
+        let again = Training { stage: &checked, ..*self }.with_errors(about);
+        let worth = |found: &Found| found.evidence.ln_marginal;
+        match (first, again) {
+            (Ok((_, one)), Ok((at_last, mut best))) if worth(&best) > worth(&one) + BETTER => {
+                best.warnings.push(format!(
+                    "one start ended {:.0} nats lower, at residuals that no small fault of a model leaves: other maxima were looked for after all",
+                    worth(&best) - worth(&one)
+                ));
+                Ok((at_last, best))
+            }
+            (Err(_), Ok(best)) => Ok(best),
+            (first, _) => first,
+        }
+    }
+
     /// As [`Training::found`], with the errors of what is stated taken where the fit ends: `about` are the
     /// responses with these errors about values of all parameters, and returned as they were last, if there
     /// are errors.

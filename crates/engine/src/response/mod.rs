@@ -11,6 +11,7 @@ mod foresight;
 mod ground;
 mod head;
 mod measured;
+mod mistaken;
 mod predict;
 mod record;
 mod residual;

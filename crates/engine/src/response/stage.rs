@@ -6,6 +6,7 @@ use super::errors::Errors;
 use super::ground::{Ground, Learned, law_error};
 use super::head::Rest;
 use super::measured::Measured;
+use super::mistaken::mistaken;
 use super::predict::Responses;
 use super::record::{LoadRecord, ResponseModelRecord, ResponseStageRecord};
 use super::residual::{left, too_large};
@@ -28,7 +29,7 @@ use std::sync::Arc;
 const NOT_NOISE: f64 = 4.0;
 
 /// Residuals of such a share of the data are no small fault of the model.
-const POOR: f64 = 0.1;
+pub(super) const POOR: f64 = 0.1;
 
 /// Residuals that are larger than expected by this factor are told, if it is no accident.
 const LARGER: f64 = 1.2;
@@ -196,7 +197,7 @@ impl ResponseRun {
             starts: &starts,
         };
         let about = |at: &[f64]| self.about(&assembly, data, &responses, at);
-        let (at_last, found) = match training.with_errors(&about) {
+        let (at_last, found) = match training.of_a_row(&about) {
             Ok(found) => found,
             Err(error) => {
                 record.remark = Some(error.to_string());
@@ -241,7 +242,12 @@ impl ResponseRun {
         }
         let share = left.share;
         if share > POOR {
-            remarks.extend(training.turned(evidence.ln_marginal)?);
+            remarks.extend(mistaken(
+                &training,
+                data,
+                &self.study.rig.microphones.names,
+                evidence.ln_marginal,
+            ));
         }
         if left.neighbours_sds > NOT_NOISE {
             let remedy = match &stage.misfit {

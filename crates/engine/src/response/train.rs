@@ -26,9 +26,6 @@ const SEARCHES: usize = 3;
 /// Nats that a search may leave to gain in a row that takes part.
 const TO_GAIN: f64 = 0.05;
 
-/// Nats by which conjugated data must lead before they are suspected.
-const TURNED: f64 = 10.0;
-
 /// What one model is trained with.
 pub(super) struct Training<'a> {
     pub(super) responses: &'a Responses<'a>,
@@ -103,29 +100,6 @@ impl Training<'_> {
         Err(EngineError::Unsettled {
             what: "the errors of the head differ between maxima of the posterior, and the searches do not end at one".to_owned(),
         })
-    }
-
-    /// Whether the complex conjugates of the data have more evidence than `here`, by far: then they are of
-    /// numbers that vary as exp(-i omega t). In a sentence.
-    ///
-    /// # Errors
-    /// None of models: one that cannot be fitted says nothing.
-    pub(super) fn turned(&self, here: f64) -> Result<Option<String>, EngineError> {
-        let conjugate =
-            |m: &Measured| Measured { values: m.values.iter().map(C64::conj).collect(), ..m.clone() };
-        let measured: Vec<Measured> = self.measured.iter().map(conjugate).collect();
-        let stage = ResponseStage { checked: false, ..self.stage.clone() };
-        let other = Training { measured: &measured, stage: &stage, starts: &[], ..*self };
-        let gain = match other.found() {
-            Ok(found) => found.evidence.ln_marginal - here,
-            Err(_) => return Ok(None),
-        };
-        Ok((gain > TURNED).then(|| {
-            format!(
-                "the complex conjugates of these data have {gain:.0} nats more: rijke takes numbers that vary as exp(i omega t); if these are for \
-                 exp(-i omega t), turn the signs of the phases or of the imaginary parts"
-            )
-        }))
     }
 
     /// Fits, with the head's errors taken about the fit before, until the parameters stay.

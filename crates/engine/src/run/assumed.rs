@@ -101,7 +101,7 @@ impl Run {
     fn between_installations(&self, like: &Chosen) -> Result<[f64; 2], EngineError> {
         let Chosen { trained, assembly, observed, .. } = like;
         let posterior = trained.posterior();
-        let known = trained.gaussian();
+        let known = &posterior.gaussian;
         let varied = known.in_a_new_installation(&trained.noise);
         let microphones = self.reference();
         let mut sums = [0.0; 2];
@@ -110,7 +110,7 @@ impl Run {
                 let near = Some(o.near);
                 posterior.predict_from(known, assembly, &o.conditions, microphones.as_slice(), near, None)
             };
-            let (with, without) = (of(&varied)?.parameters, of(&known)?.parameters);
+            let (with, without) = (of(&varied)?.parameters, of(known)?.parameters);
             (0..2).for_each(|k| sums[k] += with[(k, k)] - without[(k, k)]);
         }
         Ok(sums.map(|sum| (sum / observed.len().max(1) as f64).max(0.0).sqrt()))

@@ -4,6 +4,7 @@
 mod channels;
 mod left_out;
 mod record;
+mod right;
 mod seeds;
 mod variants;
 

@@ -6,11 +6,11 @@ use crate::is;
 use crate::variants::{COMBUSTOR, DUCTED_FLAME, Example, QUARTER_WAVE, Variant, has_formula};
 use rand_distr::{Distribution, StandardNormal};
 use rijke_engine::run::{Asked, Chosen, Family, Missing, Run, Trusted};
-use rijke_engine::{Misfit, PointModel};
+use rijke_engine::{Conditions, Misfit, Observed, PointModel};
 use rijke_inference::relative_noise;
 use rijke_network::Workspace;
-use rijke_numerics::{C64, Cholesky, Matrix, Order, Streams};
-use rijke_study::{ObservedMode, ObservedModes};
+use rijke_numerics::{C64, Cholesky, Matrix, Order, Stream, Streams};
+use rijke_study::{ObservedMode, ObservedModes, PointState};
 
 const HEAT: &str = "with = { heat-release = \"heat.king-lighthill\" }\n";
 
@@ -290,13 +290,26 @@ pub(crate) fn drawn(
     measured: bool,
 ) -> ObservedModes {
     let mut stream = streams.stream(name);
+    let base = |o: &Observed| o.conditions.base.clone();
+    drawn_in(chosen, like, &mut stream, measured, &base)
+}
+
+/// As [`drawn`], in gas that differs from what is stated of it.
+pub(crate) fn drawn_in(
+    chosen: &Chosen,
+    like: &ObservedModes,
+    stream: &mut Stream,
+    measured: bool,
+    base: &dyn Fn(&Observed) -> PointState,
+) -> ObservedModes {
     let values = &chosen.trained.values[..chosen.trained.own];
     let sds = Misfit::of(&chosen.trained.noise).measured;
     let count = chosen.assembly.rig.microphones.at.len();
     let modes = chosen.observed.iter().map(|o| {
         let microphones: Vec<usize> = (0..count).collect();
+        let conditions = Conditions { base: base(o), ..(*o.conditions).clone() };
         let model =
-            PointModel::new(&chosen.assembly, &o.conditions, &microphones).unwrap().starting_from(o.near);
+            PointModel::new(&chosen.assembly, &conditions, &microphones).unwrap().starting_from(o.near);
         let response = model.respond(values, Order::Value, &mut Workspace::default()).unwrap();
         let s = response.s.value();
         let pressures: Vec<(usize, C64)> =
@@ -314,7 +327,7 @@ pub(crate) fn drawn(
             _ => sds[2].powi(2) * shape[(i - 2, j - 2)],
         });
         let covariance = misfit.plus(if measured { 1.0 } else { 0.0 }, &o.mode.covariance);
-        let xi: Vec<f64> = (0..n).map(|_| StandardNormal.sample(&mut stream)).collect();
+        let xi: Vec<f64> = (0..n).map(|_| StandardNormal.sample(stream)).collect();
         let noise = Cholesky::new(&covariance).unwrap().lower().times(&xi);
         let pressure =
             |(k, (m, p)): (usize, &(usize, C64))| (*m, p + C64::new(noise[2 + 2 * k], noise[3 + 2 * k]));

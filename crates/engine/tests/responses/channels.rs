@@ -256,3 +256,39 @@ fn exact_transfer_functions_tell_the_gains_of_each_session() {
         }
     }
 }
+
+/// Two microphones whose labels were exchanged before a transfer function was taken: the row names them, and
+/// not the sign of time.
+#[test]
+fn message_labels_of_two_microphones_are_exchanged() {
+    let frequency_hz: Vec<f64> = (0..12).map(|k| 310.0 + 83.0 * f64::from(k)).collect();
+    let c = (1.4 * 287.0 * 293.15_f64).sqrt();
+    let stage = "with = { wall = \"wall.none\" }\nhold = { extra = 0.0 }\nnoise = 1e-2";
+    let remark = |name: &str, labels: [usize; 3]| {
+        let folder = stated(name, stage, 1.0);
+        let at = |f: f64, m: usize| {
+            let s = C64::new(0.0, 2.0 * PI * f);
+            (-s * AT[m] / c).exp() - (-s * (2.2 - AT[m]) / c).exp()
+        };
+        let transfer = |to: usize| ObservedResponse {
+            point: 0,
+            what: ResponseKind::Transfer { to, from: 0 },
+            rows: frequency_hz.len(),
+            frequency_hz: frequency_hz.clone(),
+            values: frequency_hz.iter().map(|f| at(*f, labels[to]) / at(*f, labels[0])).collect(),
+            sd: Vec::new(),
+        };
+        let list = [1, 2].map(transfer).to_vec();
+        let mut run = ResponseRun::new(Study::open(&folder).unwrap(), observed(list)).unwrap();
+        run.next_stage().unwrap().unwrap().models[0].remark.clone().unwrap_or_default()
+    };
+    let said = |remark: &str| remark.lines().find(|l| l.contains("nats more")).map(str::to_owned);
+    assert_eq!(said(&remark("labels-right", [0, 1, 2])), None);
+    for (name, labels, named) in
+        [("labels-beside", [0, 2, 1], "p2 and p3"), ("labels-below", [1, 0, 2], "p1 and p2")]
+    {
+        let remark = remark(name, labels);
+        let said = said(&remark).unwrap_or_else(|| panic!("{remark}"));
+        assert!(said.contains(&format!("the labels of the microphones {named} exchanged")), "{remark}");
+    }
+}

@@ -11,6 +11,7 @@ mod meant;
 mod misfit;
 mod questions;
 mod sliders;
+mod together;
 #[path = "../common/tube.rs"]
 mod tube;
 

@@ -1,7 +1,8 @@
 //! What data tell of causes that move several of them at once and stand in their covariance.
 
 use super::Linearised;
-use rijke_numerics::{Matrix, dot};
+use crate::InferenceError;
+use rijke_numerics::{Cholesky, Matrix, dot};
 
 /// The posterior of such causes, jointly with the parameters.
 #[derive(Clone, Debug)]
@@ -35,5 +36,44 @@ impl Linearised {
             }),
             with_parameters: Matrix::from_fn(n, p, |k, i| -variance(k) * along(k, i)),
         }
+    }
+
+    /// By how much the means of [`Linearised::causes`] move if every datum reads `change` more.
+    #[must_use]
+    pub fn causes_moved(&self, columns: &[Vec<f64>], sds: &[f64], change: &[f64]) -> Vec<f64> {
+        let pulled = self.pulled(change);
+        columns.iter().zip(sds).map(|(s, sd)| sd * sd * dot(s, &pulled)).collect()
+    }
+
+    /// The same with further errors of the data, normal about zero and of variance one, that move them by
+    /// their `columns` and are no part of the covariance: what a search for directions has to allow for.
+    ///
+    /// With S the columns, P becomes P - P S (1 + S'P S)^-1 S'P, whose last term is one more part of what is
+    /// learnt.
+    ///
+    /// # Errors
+    /// [`InferenceError::Dense`] if a matrix cannot be decomposed.
+    pub fn with_shared(&self, columns: &[Vec<f64>]) -> Result<Self, InferenceError> {
+        if columns.is_empty() {
+            return Ok(self.clone());
+        }
+        let (n, p, c) = (self.learnt.rows(), self.learnt.columns(), columns.len());
+        let pulled: Vec<Vec<f64>> = columns.iter().map(|s| self.pulled(s)).collect();
+        let own = Matrix::from_fn(c, c, |k, l| dot(&columns[k], &pulled[l]) + f64::from(u8::from(k == l)));
+        let factor = Cholesky::new(&own)?;
+        let told: Vec<f64> = columns.iter().map(|s| dot(s, &self.pulls)).collect();
+        let taken = factor.solve(&told);
+        let mut found = self.clone();
+        found.learnt = Matrix::zeros(n, p + c);
+        for i in 0..n {
+            let here: Vec<f64> = pulled.iter().map(|v| v[i]).collect();
+            found.pulls[i] -= dot(&here, &taken);
+            let further = factor.whiten(&here);
+            for (j, v) in self.learnt.row(i).iter().chain(&further).enumerate() {
+                found.learnt[(i, j)] = *v;
+            }
+        }
+        found.root = Matrix::from_fn(p + c, p, |i, j| if i < p { self.root[(i, j)] } else { 0.0 });
+        found.settled()
     }
 }

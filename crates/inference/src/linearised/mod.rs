@@ -171,7 +171,6 @@ impl Posterior<'_> {
                     learnt[(first + i, j)] = v;
                 }
             }
-            let own = Matrix::from_fn(n, p, |i, j| learnt[(first + i, j)]);
             for (group, noise) in &mut floating {
                 for (_, structure) in observation.noise.iter().filter(|(g, _)| g == group) {
                     let part = Matrix::from_fn(n, n, |i, j| sds[*group].powi(2) * structure[(i, j)]);
@@ -180,15 +179,14 @@ impl Posterior<'_> {
                     for i in (0..n).filter(|&i| part[(i, i)] > 0.0) {
                         noise.floor = noise.floor.min(1.0 - part[(i, i)] / covariance[(i, i)]);
                     }
-                    let learnt = own.transpose().product(&part.product(&own));
-                    noise.parts.push(Part { block: k, covariance: part, learnt });
+                    noise.parts.push(Part { block: k, covariance: part, learnt: Matrix::default() });
                 }
             }
             blocks.push(Block { first, covariance, factor, inverse });
         }
         let unit = |j: usize| (0..p).map(|i| f64::from(u8::from(i == j))).collect::<Vec<f64>>();
         let whitened: Vec<Vec<f64>> = (0..p).map(|j| information.whiten(&unit(j))).collect();
-        let mut found = Linearised {
+        Linearised {
             residuals,
             blocks,
             pulls,
@@ -196,21 +194,35 @@ impl Posterior<'_> {
             root: Matrix::from_fn(p, p, |i, j| whitened[j][i]),
             untold: Matrix::zeros(p, p),
             floating: floating.into_iter().map(|(_, f)| f).filter(|f| f.count > 0.0).collect(),
-        };
-        for k in 0..found.floating.len() {
-            found.floating[k].explained = found.within(&found.floating[k], &found.pulls, &found.pulls);
         }
-        let columns: Vec<Vec<f64>> =
-            (0..p).map(|j| (0..found.learnt.rows()).map(|i| found.learnt[(i, j)]).collect()).collect();
-        let moved: Vec<Vec<f64>> = columns.iter().map(|c| found.with_covariance(c)).collect();
-        let rest = Matrix::from_fn(p, p, |i, j| f64::from(u8::from(i == j)) - dot(&columns[i], &moved[j]));
-        let (values, vectors) = symmetric_eigen(&rest)?;
-        found.untold = Matrix::from_fn(p, p, |i, j| vectors[(i, j)] * values[j].max(0.0).sqrt());
-        Ok(found)
+        .settled()
     }
 }
 
 impl Linearised {
+    /// With everything that follows from what is learnt and from the pulls.
+    fn settled(mut self) -> Result<Self, InferenceError> {
+        for k in 0..self.floating.len() {
+            for i in 0..self.floating[k].parts.len() {
+                let part = &self.floating[k].parts[i];
+                let range = self.own(part);
+                let own = Matrix::from_fn(range.len(), self.learnt.columns(), |r, j| {
+                    self.learnt[(range.start + r, j)]
+                });
+                self.floating[k].parts[i].learnt = own.transpose().product(&part.covariance.product(&own));
+            }
+            self.floating[k].explained = self.within(&self.floating[k], &self.pulls, &self.pulls);
+        }
+        let p = self.learnt.columns();
+        let columns: Vec<Vec<f64>> =
+            (0..p).map(|j| (0..self.learnt.rows()).map(|i| self.learnt[(i, j)]).collect()).collect();
+        let moved: Vec<Vec<f64>> = columns.iter().map(|c| self.with_covariance(c)).collect();
+        let rest = Matrix::from_fn(p, p, |i, j| f64::from(u8::from(i == j)) - dot(&columns[i], &moved[j]));
+        let (values, vectors) = symmetric_eigen(&rest)?;
+        self.untold = Matrix::from_fn(p, p, |i, j| vectors[(i, j)] * values[j].max(0.0).sqrt());
+        Ok(self)
+    }
+
     /// C v.
     fn with_covariance(&self, v: &[f64]) -> Vec<f64> {
         self.blocks

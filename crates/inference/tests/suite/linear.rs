@@ -203,6 +203,46 @@ fn exact_a_further_direction_gains_the_difference_of_two_evidences() {
     assert!(linear.told(&(0..m).map(|_| 0.0).collect::<Vec<_>>()).is_none());
 }
 
+/// Errors that data share beyond their covariance: directions are told as by the inverse of the whole
+/// covariance, and draws have it.
+#[test]
+fn exact_shared_errors_beyond_the_covariance_are_allowed_for() {
+    let (m, sd) = (24, 0.4);
+    let (x, y, data, parameters) = problem(m, 4, 3, NoiseGroup::fixed("noise", "1", sd));
+    let model = Linear(x.clone());
+    let posterior = Posterior::new(&model, &data, &parameters).unwrap();
+    let fit = posterior.map(&MapOptions::default()).unwrap();
+    let alone = posterior.linearised(&fit, &posterior.laplace(&fit).unwrap()).unwrap();
+    let shared = design("shared errors", m, 2);
+    let columns: Vec<Vec<f64>> = (0..2).map(|k| (0..m).map(|i| shared[(i, k)]).collect()).collect();
+    let linear = alone.with_shared(&columns).unwrap();
+    let all: Vec<usize> = (0..m).collect();
+    let whole = marginal(&x, &all, sd).plus(1.0, &shared.product(&shared.transpose()));
+    let factor = Cholesky::new(&whole).unwrap();
+    let (pulls, change) = (factor.solve(&y), numbers("change", m));
+    for i in 0..m {
+        assert_relative_eq!(linear.pulls()[i], pulls[i], epsilon = 1e-9);
+    }
+    // Half of a shared error, so that it has to be told from it.
+    let more = numbers("a further direction", m);
+    let direction: Vec<f64> = (0..m).map(|i| more[i] + 0.5 * shared[(i, 0)]).collect();
+    let pulled = factor.solve(&direction);
+    let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    let (told, before) = (linear.told(&direction).unwrap(), alone.told(&direction).unwrap());
+    assert_relative_eq!(told.sd, product(&direction, &pulled).sqrt().recip(), epsilon = 1e-9);
+    assert_relative_eq!(told.strength, product(&pulled, &y) * told.sd * told.sd, epsilon = 1e-9);
+    assert!(told.sd > 1.05 * before.sd, "{} {}", told.sd, before.sd);
+    let mut stream = Streams::new(7).stream("draws");
+    let squares = (0..4000).map(|_| (product(&direction, &linear.draw(&mut stream).pulls) * told.sd).powi(2));
+    let mean = squares.sum::<f64>() / 4000.0;
+    assert!((mean - 1.0).abs() < 4.0 * (2.0_f64 / 4000.0).sqrt(), "{mean}");
+    // What other data say of causes that stand in a covariance: S'P times the change, for each variance.
+    let moved = linear.causes_moved(&columns, &[1.0, 0.5], &change);
+    let pull = factor.solve(&change);
+    assert_relative_eq!(moved[0], product(&columns[0], &pull), epsilon = 1e-9);
+    assert_relative_eq!(moved[1], 0.25 * product(&columns[1], &pull), epsilon = 1e-9);
+}
+
 /// A constant and a slope from `n` data of one noise that floats, and a floor.
 fn line(n: usize, floor: f64) -> (Linear, Data, Parameters) {
     let x = Matrix::from_fn(n, 2, |i, j| if j == 0 { 1.0 } else { i as f64 - 0.3 });

@@ -31,12 +31,14 @@ impl Run {
         let microphones = self.microphones(stage);
         let reference = self.rig.microphones.reference;
         let used: Vec<Used> = chosen.observed.iter().map(|o| o.used(&microphones, reference)).collect();
-        let (linear, _) = &*chosen.trained.linear;
+        // Training takes what a shared error does to the pressures of each point for an error of its own: a
+        // term that does the same at all points would seem certain.
+        let linear = chosen.trained.linear.0.with_shared(&chosen.trained.told.whole)?;
         let rows = chosen.rows(&used);
         let values = &chosen.trained.values[..chosen.trained.own];
         let library =
             Library::of(&chosen.assembly, &self.study.campaign, &chosen.observed, &used, values, &rows)?;
-        Ok(judged(linear, library, &rows, chosen.observed.len()))
+        Ok(judged(&linear, library, &rows, chosen.observed.len()))
     }
 }
 

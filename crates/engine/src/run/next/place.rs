@@ -291,8 +291,8 @@ impl<'a> Place<'a> {
     }
 
     /// The growth rate at a point in an installation of its own, without noise. As in a prediction, it has an
-    /// error of its base state in common with the visits if their points in several installations name it:
-    /// what only one installation names, the reading of one point for instance, is drawn anew.
+    /// error of its base state in common with the visits if several of their points name it: what only one
+    /// names, the reading of one point for instance, is drawn anew.
     fn wanted(
         &self,
         model: &SavedModel,
@@ -301,13 +301,11 @@ impl<'a> Place<'a> {
         visits: &[Result<Numbers, EngineError>],
     ) -> Result<Numbers, EngineError> {
         let (numbers, _) = self.numbers(&self.known(model)?, k, &[])?;
-        let installation = |k: usize| &self.study.campaign.points[k].installation;
         let common = |cause: &Shared| {
-            let named = candidates
-                .iter()
-                .zip(visits)
-                .filter(|(_, visit)| visit.as_ref().is_ok_and(|v| v.shared.contains_key(cause)))
-                .map(|(&k, _)| installation(k));
+            let names = |visit: &Result<Numbers, EngineError>| {
+                visit.as_ref().is_ok_and(|v| v.shared.contains_key(cause))
+            };
+            let named = candidates.iter().zip(visits).filter(|(_, visit)| names(visit)).map(|(&k, _)| k);
             named.collect::<BTreeSet<_>>().len() > 1
         };
         let apart = |cause: Shared| match cause {

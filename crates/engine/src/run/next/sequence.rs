@@ -121,15 +121,18 @@ impl Sequence {
         now: &[Observed],
         new: &[&Observed],
     ) -> Result<Lead, EngineError> {
-        let moved = chosen.trained.linear.0.moved(&changes(place, chosen, &self.stage, now));
         let trained = &chosen.trained;
+        let (linear, change) = (&trained.linear.0, changes(place, chosen, &self.stage, now));
+        let moved = linear.moved(&change);
         let working = |k: usize| trained.parameters[k].working(trained.values[k]);
         let slopes: Vec<f64> =
             (0..trained.values.len()).map(|k| trained.parameters[k].physical(working(k))[1]).collect();
         let mut step = moved.step;
         let (mut ln_evidence, mut sd) = (model.ln_evidence() + moved.ln_evidence, trained.sd());
         if !new.is_empty() {
-            let physical: Vec<f64> = step.iter().zip(&slopes).map(|(z, s)| z * s).collect();
+            let columns = &trained.told.columns;
+            let told = linear.causes_moved(columns, &vec![1.0; columns.len()], &change);
+            let physical: Vec<f64> = step.iter().zip(&slopes).map(|(z, s)| z * s).chain(told).collect();
             let read = self.read(place, saved, &physical, new)?;
             ln_evidence += read.ln_density;
             for (k, sd) in sd.iter_mut().enumerate() {

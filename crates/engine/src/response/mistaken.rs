@@ -1,0 +1,112 @@
+//! Data that a model fits far better once a common mistake is undone: another sign of time, or the labels of
+//! two microphones exchanged.
+
+use super::measured::Measured;
+use super::select::Selected;
+use super::train::Training;
+use rijke_numerics::C64;
+use rijke_study::responses::{ResponseKind, ResponseStage};
+
+/// Nats by which the data must lead without the mistake before it is suspected.
+const LEADS: f64 = 10.0;
+/// Most microphones of which every pair is tried.
+const MOST: usize = 8;
+
+/// The mistake without which the data have most evidence, if by far more than `here`, in a sentence. A model
+/// that cannot be fitted without one says nothing of it.
+pub(super) fn mistaken(
+    training: &Training<'_>,
+    data: &Selected,
+    names: &[String],
+    here: f64,
+) -> Option<String> {
+    let turned: Vec<Measured> = data
+        .measured
+        .iter()
+        .map(|m| Measured { values: m.values.iter().map(C64::conj).collect(), ..m.clone() })
+        .collect();
+    let said = "the complex conjugates of these data have GAIN nats more: rijke takes numbers that vary as exp(i omega t); if these are for \
+                exp(-i omega t), turn the signs of the phases or of the imaginary parts";
+    let mut all = vec![(turned, 0.0, said.to_owned())];
+    let heard = microphones(&data.whats);
+    let pairs = heard.iter().enumerate().flat_map(|(k, a)| heard[k + 1..].iter().map(move |b| [*a, *b]));
+    for pair in pairs.filter(|_| heard.len() <= MOST) {
+        let [a, b] = pair.map(|m| &names[m]);
+        let said = format!(
+            "with the labels of the microphones {a} and {b} exchanged these data have GAIN nats more: look which channel is which, and correct \
+             their names or their places"
+        );
+        all.extend(exchanged(data, pair).map(|(exchanged, ln_scale)| (exchanged, ln_scale, said)));
+    }
+    let stage = ResponseStage { checked: false, ..training.stage.clone() };
+    let gain = |(measured, ln_scale, said): (Vec<Measured>, f64, String)| {
+        let other = Training { measured: &measured, stage: &stage, starts: &[], ..*training };
+        Some((other.found().ok()?.evidence.ln_marginal + ln_scale - here, said))
+    };
+    let (gain, said) = all.into_iter().filter_map(gain).max_by(|a, b| a.0.total_cmp(&b.0))?;
+    (gain > LEADS).then(|| said.replace("GAIN", &format!("{gain:.0}")))
+}
+
+/// The microphones of which responses are pressures.
+fn microphones(whats: &[ResponseKind]) -> Vec<usize> {
+    let of = |what: &ResponseKind| match what {
+        ResponseKind::Pressure { microphone, .. } => vec![*microphone],
+        ResponseKind::Transfer { to, from } => vec![*to, *from],
+        _ => Vec::new(),
+    };
+    let mut all: Vec<usize> = whats.iter().flat_map(of).collect();
+    all.sort_unstable();
+    all.dedup();
+    all
+}
+
+/// The data if what is labelled as either of two microphones was measured by the other, and ln of the volume
+/// that these numbers take for each of the volume of those; none where that changes nothing, or where one of
+/// them was not measured beside the other.
+fn exchanged(data: &Selected, [a, b]: [usize; 2]) -> Option<(Vec<Measured>, f64)> {
+    let other = |m: usize| match m {
+        _ if m == a => b,
+        _ if m == b => a,
+        _ => m,
+    };
+    let (mut changed, mut ln_scale) = (false, 0.0);
+    let one = |(i, m): (usize, &Measured)| -> Option<Measured> {
+        let beside = |what: &ResponseKind| {
+            let same = |other: &usize| {
+                data.points[*other] == data.points[i]
+                    && data.whats[*other].is_same(what)
+                    && data.measured[*other].frequency_hz == m.frequency_hz
+            };
+            (0..data.whats.len()).find(same).map(|k| &data.measured[k])
+        };
+        let values: Vec<C64> = match &data.whats[i] {
+            ResponseKind::Pressure { microphone, excitation, sources } => {
+                let (excitation, sources) = (excitation.clone(), sources.clone());
+                let microphone = other(*microphone);
+                let there = beside(&ResponseKind::Pressure { microphone, excitation, sources })?;
+                changed |= there.values != m.values;
+                return Some(Measured { values: there.values.clone(), sd: there.sd.clone(), ..m.clone() });
+            }
+            ResponseKind::Transfer { to, from } => {
+                // Relative to the microphone below, whose own is one.
+                let over = |heard: usize| match heard == *from {
+                    true => Some(vec![C64::ONE; m.values.len()]),
+                    false => {
+                        beside(&ResponseKind::Transfer { to: heard, from: *from }).map(|m| m.values.clone())
+                    }
+                };
+                let (above, below) = (over(other(*to))?, over(other(*from))?);
+                above.iter().zip(&below).map(|(z, w)| z / w).collect()
+            }
+            _ => return Some(m.clone()),
+        };
+        changed |= values != m.values;
+        let sizes: Vec<f64> = values.iter().zip(&m.values).map(|(w, z)| (w / z).norm()).collect();
+        // Both parts of a number.
+        ln_scale += 2.0 * sizes.iter().map(|size| size.ln()).sum::<f64>();
+        let sd = m.sd.iter().zip(&sizes).map(|(sd, size)| sd * size).collect();
+        Some(Measured { values, sd, ..m.clone() })
+    };
+    let all: Option<Vec<Measured>> = data.measured.iter().enumerate().map(one).collect();
+    all.filter(|_| changed).map(|all| (all, ln_scale))
+}
