@@ -93,6 +93,12 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
             number::with_sd(heat.share[0], heat.share[1]),
             number::with_sd(heat.cooling[0], heat.cooling[1])
         ));
+        if let Some([ratio, sd]) = heat.near {
+            ui.note(format!(
+                "one diameter behind the part it gives {} times that",
+                number::with_sd(ratio, sd)
+            ));
+        }
         ui.note(format!(
             "the rise of the gas scatters from point to point by {:.2} % (root mean square of the posterior; 95 % of it from {:.2} to {:.2} %)",
             100.0 * heat.scatter,

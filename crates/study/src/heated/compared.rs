@@ -1,15 +1,21 @@
 //! What the readings say of the heat, and how they fit the heated gas.
 
-use super::fit::Found;
-use super::gas::{GasReading, places};
+use super::fit::{Found, SCALE};
+use super::gas::{GasReading, REACH, VALUES, places};
 
 /// The heat by the readings, beside what was known before, and every thermometer.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HeatedFit {
     /// Share of the power that the gas gets, and its standard deviation.
     pub share: [f64; 2],
-    /// Heat transfer to the wall, W/(m^2 K), likewise.
+    /// Heat transfer to the wall far behind the part, W/(m^2 K), likewise.
     pub cooling: [f64; 2],
+    /// Heat transfer one diameter behind the part over that far behind, likewise; none where it is one
+    /// constant by `cooling_varies = 0`.
+    pub near: Option<[f64; 2]>,
+    /// The largest of the numbers by which the heat transfer differs from one constant, in standard deviations
+    /// of its prior.
+    varies: f64,
     /// Error of the rise of the gas at every point by itself, relative, as a standard deviation: what
     /// readings scatter by beyond their own errors. The root mean square of what it may be, which counts in
     /// the errors of the gas.
@@ -42,7 +48,7 @@ impl HeatedFit {
         readings: &[GasReading],
         against: impl Fn(&GasReading) -> Option<[f64; 2]>,
         cold: impl Fn(&GasReading) -> bool,
-        offset_sd: f64,
+        [offset_sd, varies]: [f64; 2],
     ) -> Self {
         let mean = |which: &dyn Fn(&GasReading) -> bool| {
             let (mut weights, mut sum, mut ambient) = (0.0, 0.0, 0.0_f64);
@@ -67,7 +73,17 @@ impl HeatedFit {
         let thermometers = places(readings).iter().filter_map(at).collect();
         let (scatter, scatter_within) = (found.scatter, found.within);
         let common = [found.offset[0], found.offset[1], offset_sd];
-        Self { share, cooling, scatter, scatter_within, prior, thermometers, common, offset }
+        let near = (varies > 0.0).then(|| {
+            let slopes = std::array::from_fn::<f64, VALUES, _>(|i| match i {
+                2 | 3 => varies * (-1.0 / REACH[i - 2]).exp(),
+                _ => 0.0,
+            });
+            let value =
+                1.0 + slopes.iter().zip(found.values).map(|(slope, value)| slope * value).sum::<f64>();
+            [value, found.covariance.quadratic(&slopes).sqrt()]
+        });
+        let varies = found.values[2..].iter().fold(0.0_f64, |most, z| most.max(z.abs()));
+        Self { share, cooling, near, varies, scatter, scatter_within, prior, thermometers, common, offset }
     }
 
     /// What does not fit, in words.
@@ -84,6 +100,20 @@ impl HeatedFit {
                     (value - mean).abs() / sd
                 ));
             }
+        }
+        if self.varies > CONFLICT {
+            all.push(format!(
+                "the heat transfer to the wall differs from one constant by {:.1} times what `cooling_varies` admits: the gas does not follow the law of \
+                 [base.heated-flow]; check places of thermometers, and whether other parts heat or cool the gas",
+                self.varies
+            ));
+        }
+        if self.scatter_within[0] > SCALE {
+            all.push(format!(
+                "the readings differ from the law of [base.heated-flow] by more than {:.1} % of the rise of the gas, beyond their own errors: check power, \
+                 flow and thermometers, or take the gas as it was read with [base.measured]",
+                100.0 * self.scatter_within[0]
+            ));
         }
         if self.share[0] > 1.0 + CONFLICT * self.share[1] {
             all.push(format!("the gas gets {:.0} % of the power, more than there is", 100.0 * self.share[0]));
@@ -123,16 +153,17 @@ mod tests {
         let prior = [[0.9, 0.15], [5.0, 3.0]];
         let warnings = |share: [f64; 2], off: f64| {
             let against = |r: &GasReading| Some([if r.at == 0.5 { off } else { 0.3 }, 0.2]);
-            let covariance =
-                Matrix::from_fn(2, 2, |i, j| if i == j { [share[1], 1.0][i].powi(2) } else { 0.0 });
+            let covariance = Matrix::from_fn(6, 6, |i, j| {
+                if i == j { [share[1], 1.0, 1.0, 1.0, 1.0, 1.0][i].powi(2) } else { 0.0 }
+            });
             let found = Found {
-                values: [share[0], 6.0],
+                values: [share[0], 6.0, 0.0, 0.0, 0.0, 0.0],
                 covariance,
                 scatter: 0.01,
                 within: [0.0, 0.02],
                 offset: [0.0; 2],
             };
-            HeatedFit::new(&found, prior, &readings, against, |_| false, 0.0).warnings()
+            HeatedFit::new(&found, prior, &readings, against, |_| false, [0.0; 2]).warnings()
         };
         assert_eq!(warnings([0.85, 0.02], 0.4), Vec::<String>::new());
         // 8 K of sqrt(0.5^2/2 + 0.2^2) K.

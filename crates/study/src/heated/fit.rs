@@ -1,7 +1,7 @@
 //! Share of the power, heat transfer to the wall, and scatter of the rise by readings.
 //!
 //! A reading at x of point p is T_amb + a + r(x) (1 + tau z) + b + b_x + e: r is the rise that share and heat
-//! transfer give, a the error of the ambient temperature of the day, z a unit normal number of the point by
+//! transfer give (with what that differs by from one constant), a the error of the ambient temperature of the day, z a unit normal number of the point by
 //! itself, b what all thermometers read too much, b_x what the one at x does, and e the stated error of the
 //! reading. a, z, b and b_x are integrated over in closed form, share and heat transfer by Laplace's method
 //! at every tau, tau by a sum. What is handed on are the moments of that mixture. Points without heat tell b
@@ -12,17 +12,17 @@
 //! Analysis 1, 515 (2006), section 2.2); a half-Cauchy has no variance to hand on. It is centred at zero,
 //! which it does not exclude.
 
-use super::gas::{GasReading, Heated, places};
+use super::gas::{GasReading, Heated, VALUES, places};
 use crate::StudyProblem;
 use crate::base::Cause;
-use rijke_numerics::Matrix;
+use rijke_numerics::{Cholesky, Matrix};
 use std::collections::BTreeMap;
 
 /// What the readings say.
 #[derive(Clone, Debug)]
 pub(super) struct Found {
-    /// Share and heat transfer.
-    pub(super) values: [f64; 2],
+    /// Share, heat transfer, and how that differs from one constant.
+    pub(super) values: [f64; VALUES],
     /// Their covariance.
     pub(super) covariance: Matrix,
     /// Root mean square of tau.
@@ -36,7 +36,7 @@ pub(super) struct Found {
 /// Scale of the prior of tau. Meters of power are good to 1 % of the value, controllers of flow to 1 or 2 %,
 /// and gas that is not mixed over the cross-section adds some 2 %. Half of the prior is below 2.2 %, one part
 /// in twenty above 8 %.
-const SCALE: f64 = 0.03;
+pub(super) const SCALE: f64 = 0.03;
 
 /// Values of tau: enough for the posterior of thousands of points, whose relative width is (2 points)^(-1/2).
 const NODES: usize = 128;
@@ -55,10 +55,9 @@ struct Groups<'a> {
 }
 
 /// Share and heat transfer given tau.
-#[derive(Clone, Copy)]
 struct Given {
-    values: [f64; 2],
-    covariance: [[f64; 2]; 2],
+    values: [f64; VALUES],
+    covariance: Matrix,
     ln_marginal: f64,
     /// Mean and variance of b.
     offset: [f64; 2],
@@ -69,7 +68,7 @@ struct Given {
 pub(super) fn fit(
     all: &[Option<Heated>],
     readings: &[GasReading],
-    prior: [[f64; 2]; 2],
+    prior: [[f64; 2]; VALUES],
     offset_sd: f64,
 ) -> Result<Found, StudyProblem> {
     let mut days = Days::new();
@@ -96,11 +95,12 @@ pub(super) fn fit(
     let total: f64 = nodes.iter().map(|n| (n.1 - most).exp()).sum();
     nodes.iter_mut().for_each(|n| n.1 = (n.1 - most).exp() / total);
     let mean = |of: &dyn Fn(f64, &Given) -> f64| nodes.iter().map(|(t, w, g)| w * of(*t, g)).sum::<f64>();
-    let values = [0, 1].map(|i| mean(&|_, g| g.values[i]));
+    let values = std::array::from_fn(|i| mean(&|_, g| g.values[i]));
     // The law of total variance.
     let apart = |g: &Given, i: usize| g.values[i] - values[i];
-    let covariance =
-        Matrix::from_fn(2, 2, |i, j| mean(&|_, g| g.covariance[i][j] + apart(g, i) * apart(g, j)));
+    let covariance = Matrix::from_fn(VALUES, VALUES, |i, j| {
+        mean(&|_, g| g.covariance[(i, j)] + apart(g, i) * apart(g, j))
+    });
     let scatter = mean(&|tau, _| tau * tau).sqrt();
     let within = [0.025, 0.975].map(|share| {
         let mut below = 0.0;
@@ -116,48 +116,52 @@ pub(super) fn fit(
 }
 
 /// Laplace's method at one tau, from `values` on; none where numbers overflow.
-fn given(groups: &Groups<'_>, tau: f64, prior: [[f64; 2]; 2], mut values: [f64; 2]) -> Option<Given> {
+fn given(
+    groups: &Groups<'_>,
+    tau: f64,
+    prior: [[f64; 2]; VALUES],
+    mut values: [f64; VALUES],
+) -> Option<Given> {
     for step in 0..=STEPS {
         let (gram, mut ln_marginal) = moments(groups, tau, values);
-        let off = [0, 1].map(|i| (prior[i][0] - values[i]) / prior[i][1].powi(2));
-        let a = gram[0][0] + prior[0][1].powi(-2);
-        let b = gram[1][1] + prior[1][1].powi(-2);
-        let c = gram[0][1];
-        let det = a * b - c * c;
-        if !(det.is_finite() && det > 0.0) {
+        let off: [f64; VALUES] = std::array::from_fn(|i| (prior[i][0] - values[i]) / prior[i][1].powi(2));
+        let precision = Matrix::from_fn(VALUES, VALUES, |i, j| {
+            gram[i][j] + if i == j { prior[i][1].powi(-2) } else { 0.0 }
+        });
+        let factor = Cholesky::new(&precision).ok()?;
+        let covariance = factor.inverse();
+        let right: Vec<f64> = (0..VALUES).map(|i| gram[i][OFF] + off[i]).collect();
+        let change = factor.solve(&right);
+        if change.iter().any(|c| !c.is_finite()) {
             return None;
         }
-        let covariance = [[b / det, -c / det], [-c / det, a / det]];
-        let right = [0, 1].map(|i| gram[i][OFF] + off[i]);
-        let change = covariance.map(|row| row[0] * right[0] + row[1] * right[1]);
-        let small = (0..2).all(|i| change[i].abs() < 1e-6 * covariance[i][i].sqrt());
+        let small = (0..VALUES).all(|i| change[i].abs() < 1e-6 * covariance[(i, i)].sqrt());
         if small || step == STEPS {
-            let misfit: f64 = gram[OFF][OFF] + (0..2).map(|i| (off[i] * prior[i][1]).powi(2)).sum::<f64>();
-            ln_marginal -= 0.5 * (misfit + det.ln());
-            // Of b ~ N(0, s^2) given share and heat transfer, and their error through its slopes.
+            let by_prior: f64 = (0..VALUES).map(|i| (off[i] * prior[i][1]).powi(2)).sum();
+            ln_marginal -= 0.5 * (gram[OFF][OFF] + by_prior + factor.ln_det());
+            // Of b ~ N(0, s^2) given all values, and their error through its slopes.
             let variance = groups.offset_sd.powi(2);
-            let slope = [0, 1].map(|i| -variance * gram[OFFSET][i]);
-            let by_values: f64 =
-                (0..2).map(|i| (0..2).map(|j| slope[i] * covariance[i][j] * slope[j]).sum::<f64>()).sum();
+            let slope: Vec<f64> = (0..VALUES).map(|i| -variance * gram[OFFSET][i]).collect();
             let alone = variance - variance * variance * gram[OFFSET][OFFSET];
-            let offset = [variance * gram[OFFSET][OFF], alone.max(0.0) + by_values];
+            let offset = [variance * gram[OFFSET][OFF], alone.max(0.0) + covariance.quadratic(&slope)];
             return Some(Given { values, covariance, ln_marginal, offset });
         }
-        values = [values[0] + change[0], (values[1] + change[1]).max(0.0)];
+        values.iter_mut().zip(&change).for_each(|(value, change)| *value += change);
+        values[1] = values[1].max(0.0);
     }
     None
 }
 
-/// Columns of a Gram matrix: slopes by share and heat transfer, then what readings miss, the error of the
-/// ambient temperature, the rise, what all thermometers read too much, and what each does.
+/// Columns of a Gram matrix: slopes by the values, then what readings miss, the error of the ambient
+/// temperature, the rise, what all thermometers read too much, and what each does.
 type Gram = Vec<Vec<f64>>;
-const OFF: usize = 2;
-const AMBIENT: usize = 3;
-const RISE: usize = 4;
-const OFFSET: usize = 5;
+const OFF: usize = VALUES;
+const AMBIENT: usize = OFF + 1;
+const RISE: usize = OFF + 2;
+const OFFSET: usize = OFF + 3;
 
 /// V'C^{-1}V of the columns V, C being the covariance of the readings, and -1/2 ln det C but for a constant.
-fn moments(groups: &Groups<'_>, tau: f64, values: [f64; 2]) -> (Gram, f64) {
+fn moments(groups: &Groups<'_>, tau: f64, values: [f64; VALUES]) -> (Gram, f64) {
     let columns = OFFSET + 1 + groups.places.len();
     let none = || vec![vec![0.0; columns]; columns];
     let (mut total, mut ln) = (none(), 0.0);
@@ -166,15 +170,10 @@ fn moments(groups: &Groups<'_>, tau: f64, values: [f64; 2]) -> (Gram, f64) {
         for (h, readings) in points.values() {
             let mut point = none();
             for r in readings {
-                let [t, by_share, by_cooling] = h.temperature(r.at, values);
+                let (t, slopes) = h.temperature(r.at, values);
                 let mut v = vec![0.0; columns];
-                v[..OFFSET].copy_from_slice(&[
-                    by_share,
-                    by_cooling,
-                    r.temperature - t,
-                    h.ambient[1],
-                    t - h.ambient[0],
-                ]);
+                v[..VALUES].copy_from_slice(&slopes);
+                v[OFF..OFFSET].copy_from_slice(&[r.temperature - t, h.ambient[1], t - h.ambient[0]]);
                 v[OFFSET] = 1.0;
                 let place = groups.places.iter().position(|at| *at == r.at);
                 place.into_iter().for_each(|k| v[OFFSET + 1 + k] = 1.0);

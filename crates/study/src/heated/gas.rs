@@ -17,27 +17,82 @@ pub(super) struct Heated {
     /// How c_p grows with temperature above ambient: c_p over its ambient value, less 1, by powers 1 to 3 of
     /// the excess in K.
     pub(super) growth: [f64; 3],
+    /// How the heat transfer may differ from one constant.
+    pub(super) varies: Varies,
+}
+
+/// Numbers of the model of the gas that all points share: eta, h, and four unit normal numbers by which the
+/// heat transfer differs from one constant.
+pub(super) const VALUES: usize = 6;
+
+/// How the heat transfer to the wall may differ from one constant, at one operating point:
+///
+/// h(x) = h (1 + v z_1 e^(-x/2D) + v z_2 e^(-x/10D)) exp(v (z_3 f + z_4 r)),
+///
+/// x from the part on. f and r are the flow and the rise of this point, each as the logarithm to base 2 of
+/// its ratio to the geometric mean of the points with readings. Behind a grid heat transfer is larger, for two
+/// to three diameters in a turbulent stream (Incropera & DeWitt, Fundamentals of Heat and Mass Transfer,
+/// section 8.5) and for tens in a laminar one, like x^(-1/3) (Leveque); with flow it grows by a power of 0 to
+/// 0.8, with the rise where buoyancy and radiation take part.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Varies {
+    /// v.
+    pub(super) by: f64,
+    /// D, m.
+    pub(super) diameter: f64,
+    /// f and r.
+    pub(super) doublings: [f64; 2],
+}
+
+/// Distances over which an excess of heat transfer behind the part is lost, in diameters.
+pub(super) const REACH: [f64; 2] = [2.0, 10.0];
+
+impl Varies {
+    /// The integral of h(x)/h from the part to `x`, m, and its derivatives in z.
+    fn integral(&self, x: f64, z: [f64; 4]) -> (f64, [f64; 4]) {
+        let of = |reach: f64| {
+            let reach = reach * self.diameter;
+            -self.by * reach * (-x / reach).exp_m1()
+        };
+        let near = REACH.map(of);
+        let [f, r] = self.doublings.map(|d| self.by * d);
+        let factor = z[2].mul_add(f, z[3] * r).exp();
+        let along = x + near[0] * z[0] + near[1] * z[1];
+        let whole = factor * along;
+        (whole, [factor * near[0], factor * near[1], f * whole, r * whole])
+    }
 }
 
 /// Newton steps at most; a few give all digits.
 const STEPS: usize = 20;
 
 impl Heated {
-    /// Temperature at `x` and its derivatives in eta and h.
+    /// Holds flow and rise against those that are `typical`.
+    pub(super) fn compare(&mut self, typical: Option<[f64; 2]>) {
+        if let Some([flow, rise]) = typical.filter(|_| self.rise > 0.0) {
+            self.varies.doublings = [(self.mass_flow / flow).log2(), (self.rise / rise).log2()];
+        }
+    }
+
+    /// Temperature at `x` and its derivatives in eta, h and z.
     ///
     /// With the excess y over ambient and r(y) = c_p over its ambient value: int_0^y r = eta Q/(m c_p) at
-    /// the part, and dy/dx = -h P y/(m c_p r) behind it, so that q = y/y_0 has
-    /// int_1^q r(q y_0) dq/q = -h P x/(m c_p).
-    pub(super) fn temperature(&self, x: f64, [eta, h]: [f64; 2]) -> [f64; 3] {
+    /// the part, and dy/dx = -h(x) P y/(m c_p r) behind it, so that q = y/y_0 has
+    /// int_1^q r(q y_0) dq/q = -P/(m c_p) int h(x) dx.
+    pub(super) fn temperature(&self, x: f64, values: [f64; VALUES]) -> (f64, [f64; VALUES]) {
         if x <= self.at || self.rise == 0.0 {
-            return [self.ambient[0], 0.0, 0.0];
+            return (self.ambient[0], [0.0; VALUES]);
         }
+        let [eta, h, z @ ..] = values;
         let first = self.excess(eta * self.rise);
-        let by_h = self.cooling * (x - self.at);
-        let q = self.left(first, h * by_h);
+        let (integral, by_z) = self.varies.integral(x - self.at, z);
+        let q = self.left(first, h * self.cooling * integral);
         let excess = q * first;
         let r = self.ratio(excess);
-        [self.ambient[0] + excess, self.rise * q / r, -by_h * excess / r]
+        let by_loss = -self.cooling * excess / r;
+        let mut slopes = [self.rise * q / r, by_loss * integral, 0.0, 0.0, 0.0, 0.0];
+        slopes[2..].iter_mut().zip(by_z).for_each(|(slope, by)| *slope = by_loss * h * by);
+        (self.ambient[0] + excess, slopes)
     }
 
     /// c_p over its ambient value.

@@ -5,7 +5,8 @@
 //! it m c_p dT/dx = -h P (T - T_amb): a plug of gas in a duct of perimeter P whose wall stays at the ambient
 //! temperature (Incropera & DeWitt, Fundamentals of Heat and Mass Transfer, section 8.3), with the c_p of the
 //! rig's gas at every temperature. eta and h are one number each for all points, with the priors of
-//! `study.toml`; their error is shared by all. What the
+//! `study.toml`; their error is shared by all. No heat transfer is one constant: how h differs behind the
+//! part, with flow and with the rise is inferred along ([`gas::Varies`]). What the
 //! readings of a point differ by from that, beyond their own errors, is an error of its rise: that of
 //! meters of power and flow, and of gas that is not mixed. Its size is inferred too.
 //!
@@ -30,9 +31,10 @@ use crate::plan::HeatedFlow;
 use crate::rig::{PartAt, Rig, RigAtPoint};
 use crate::source::Source;
 use crate::{StudyError, StudyProblem};
-use gas::Heated;
+use gas::{Heated, VALUES, Varies};
 use rijke_numerics::{Matrix, symmetric_eigen};
 use rijke_rig::{Heading, Unit};
+use std::collections::BTreeSet;
 use std::path::Path;
 
 /// Part of the length within which a reading is one of a thermometer.
@@ -173,12 +175,14 @@ pub fn heated_states(
             let value = format!("{watts} W into {} m^3/s, which is {expected:.0} K", value(flow));
             return Err(StudyProblem::Value { key, value, need: "gas below 3000 K: look after both units" });
         }
-        let perimeter = 2.0 * (std::f64::consts::PI * layout.areas(at)[1]).sqrt();
+        let diameter = 2.0 * (layout.areas(at)[1] / std::f64::consts::PI).sqrt();
+        let perimeter = std::f64::consts::PI * diameter;
         let capacity = mass_flow * gas.specific_heat;
         let (rise, cooling) = if watts > 0.0 { (watts / capacity, perimeter / capacity) } else { (0.0, 0.0) };
         let cause = Cause::ambient(point);
         let growth = rig.gas.growth_of_heat_capacity(ambient[0]);
-        Ok(Some(Heated { ambient, cause, mass_flow, rise, at, cooling, growth }))
+        let varies = Varies { by: plan.cooling_varies, diameter, doublings: [0.0; 2] };
+        Ok(Some(Heated { ambient, cause, mass_flow, rise, at, cooling, growth, varies }))
     };
     let heated = |p: usize| match (ambient[p], &layouts[p]) {
         (Some(ambient), Some(layout)) => heated_at(&campaign.points[p], ambient, layout),
@@ -211,17 +215,23 @@ pub fn heated_states(
             return Err(StudyProblem::Unknown { what: "place of a thermometer", name, known });
         }
     }
-    let all = (0..campaign.points.len()).map(heated).collect::<Result<Vec<_>, _>>()?;
+    let mut all = (0..campaign.points.len()).map(heated).collect::<Result<Vec<_>, _>>()?;
+    let typical_flow = typical_flow(&all, readings);
+    all.iter_mut().flatten().for_each(|heated| heated.compare(typical_flow));
     let prior = [plan.share, plan.cooling];
     let offset_sd = plan.offset_sd.unwrap_or_else(|| typical(readings));
-    let found = fit::fit(&all, readings, prior, offset_sd)?;
-    let (values, shared) = (found.values, components(&found.covariance)?);
+    let [share, cooling] = prior;
+    let z = [0.0, 1.0];
+    let found = fit::fit(&all, readings, [share, cooling, z, z, z, z], offset_sd)?;
+    let count = if plan.cooling_varies > 0.0 { VALUES } else { 2 };
+    let (values, shared) = (found.values, components(&found.covariance, count)?);
     // What the readings say of eta and h stays where a factor is another within its error.
     let moved = |point: &Point, k: usize, ambient: [f64; 2]| {
         let mut moved = point.clone();
         moved.factors[k] += STEP * point.factor_sds[k];
         let layout = rig.at(&moved, ambient[0]).ok()?;
-        let heated = heated_at(&moved, ambient, &layout).ok()??;
+        let mut heated = heated_at(&moved, ambient, &layout).ok()??;
+        heated.compare(typical_flow);
         Some((k, state(rig, &moved.id, &heated, layout.length, values, &shared, found.scatter)))
     };
     let state = |(p, heated): (usize, &Option<Heated>)| {
@@ -234,10 +244,10 @@ pub fn heated_states(
     let states = all.iter().enumerate().map(state).collect();
     let against = |r: &GasReading| {
         let heated = all.get(r.point)?.as_ref()?;
-        Some([r.temperature - heated.temperature(r.at, values)[0], heated.ambient[1]])
+        Some([r.temperature - heated.temperature(r.at, values).0, heated.ambient[1]])
     };
     let cold = |r: &GasReading| all.get(r.point).and_then(Option::as_ref).is_some_and(|h| h.rise == 0.0);
-    Ok((states, HeatedFit::new(&found, prior, readings, against, cold, offset_sd)))
+    Ok((states, HeatedFit::new(&found, prior, readings, against, cold, [offset_sd, plan.cooling_varies])))
 }
 
 /// Root mean square of the stated errors of readings, K: what calibration makes of it is common to many.
@@ -245,12 +255,28 @@ fn typical(readings: &[GasReading]) -> f64 {
     (readings.iter().map(|r| r.sd * r.sd).sum::<f64>() / readings.len().max(1) as f64).sqrt()
 }
 
-/// Independent directions of the error of eta and h, one standard deviation each.
-fn components(covariance: &Matrix) -> Result<Vec<[f64; 2]>, StudyProblem> {
-    let symmetric = Matrix::from_fn(2, 2, |i, j| 0.5 * (covariance[(i, j)] + covariance[(j, i)]));
+/// Geometric means of the flow and of the rise over the points with readings behind heat; none without any.
+fn typical_flow(all: &[Option<Heated>], readings: &[GasReading]) -> Option<[f64; 2]> {
+    let read: BTreeSet<usize> = readings.iter().map(|r| r.point).collect();
+    let hot = read.iter().filter_map(|p| all.get(*p)?.as_ref()).filter(|h| h.rise > 0.0);
+    let (mut count, mut sum) = (0.0, [0.0; 2]);
+    for h in hot {
+        count += 1.0;
+        sum = [sum[0] + h.mass_flow.ln(), sum[1] + h.rise.ln()];
+    }
+    (count > 0.0).then(|| sum.map(|s| (s / count).exp()))
+}
+
+/// Independent directions of the error of the first `count` values, one standard deviation each.
+fn components(covariance: &Matrix, count: usize) -> Result<Vec<[f64; VALUES]>, StudyProblem> {
+    let symmetric = Matrix::from_fn(count, count, |i, j| 0.5 * (covariance[(i, j)] + covariance[(j, i)]));
     let (values, vectors) =
         symmetric_eigen(&symmetric).map_err(|_| StudyProblem::Covariance { of: "the readings".into() })?;
-    Ok((0..2).map(|k| [0, 1].map(|i| vectors[(i, k)] * values[k].max(0.0).sqrt())).collect())
+    let direction = |k: usize| {
+        let sd = values[k].max(0.0).sqrt();
+        std::array::from_fn(|i| if i < count { vectors[(i, k)] * sd } else { 0.0 })
+    };
+    Ok((0..count).map(direction).collect())
 }
 
 fn state(
@@ -258,8 +284,8 @@ fn state(
     point: &str,
     heated: &Heated,
     length: f64,
-    values: [f64; 2],
-    shared: &[[f64; 2]],
+    values: [f64; VALUES],
+    shared: &[[f64; VALUES]],
     scatter: f64,
 ) -> PointState {
     let mut state =
@@ -273,23 +299,24 @@ fn state(
     state.places = [0.0, heated.at].into_iter().chain((0..NODES).map(behind)).collect();
     let at = |k: usize, x: f64| {
         if k < 2 {
-            [heated.ambient[0], 0.0, 0.0]
+            (heated.ambient[0], [0.0; VALUES])
         } else {
             heated.temperature(x.max(heated.at + 1e-12), values)
         }
     };
-    let nodes: Vec<[f64; 3]> = state.places.iter().enumerate().map(|(k, x)| at(k, *x)).collect();
-    state.temperature = nodes.iter().map(|t| t[0]).collect();
+    let nodes: Vec<(f64, [f64; VALUES])> = state.places.iter().enumerate().map(|(k, x)| at(k, *x)).collect();
+    state.temperature = nodes.iter().map(|t| t.0).collect();
     state.kinks = vec![[heated.at, heated.at]];
     for error in &mut state.errors {
         error.temperature = vec![heated.ambient[1]; nodes.len()];
     }
     let error = |cause, temperature| BaseError { cause, mass_flow: 0.0, numbers: Vec::new(), temperature };
     for (k, direction) in shared.iter().enumerate() {
-        let change = nodes.iter().map(|t| t[1] * direction[0] + t[2] * direction[1]).collect();
+        let along = |slopes: &[f64; VALUES]| slopes.iter().zip(direction).map(|(t, d)| t * d).sum();
+        let change = nodes.iter().map(|t| along(&t.1)).collect();
         state.errors.push(error(Cause::Reading(k, Sharing::All), change));
     }
-    let change = nodes.iter().map(|t| scatter * (t[0] - heated.ambient[0])).collect();
-    state.errors.push(error(Cause::Reading(2, Sharing::Point(point.to_owned())), change));
+    let change = nodes.iter().map(|t| scatter * (t.0 - heated.ambient[0])).collect();
+    state.errors.push(error(Cause::Reading(shared.len(), Sharing::Point(point.to_owned())), change));
     state
 }

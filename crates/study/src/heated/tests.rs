@@ -1,7 +1,7 @@
 //! Share, heat transfer and scatter from readings that a known gas makes.
 
 use super::fit::{Found, fit};
-use super::gas::{GasReading, Heated};
+use super::gas::{GasReading, Heated, VALUES, Varies};
 use super::{heated_states, measured_states};
 use crate::base::{Cause, PointState, Sharing};
 use crate::plan::{HeatedFlow, MeasuredGas};
@@ -11,6 +11,14 @@ use rand_distr::{Distribution, StandardNormal, StudentT};
 use rijke_numerics::{Cholesky, Matrix, Stream, Streams};
 
 const PRIOR: [[f64; 2]; 2] = [[0.9, 0.15], [5.0, 3.0]];
+
+/// Priors of all values: those of how the heat transfer differs from one constant are unit normal.
+const PRIORS: [[f64; 2]; VALUES] = [PRIOR[0], PRIOR[1], [0.0, 1.0], [0.0, 1.0], [0.0, 1.0], [0.0, 1.0]];
+
+/// The values of a heat transfer that is one constant.
+fn constant([share, cooling]: [f64; 2]) -> [f64; VALUES] {
+    [share, cooling, 0.0, 0.0, 0.0, 0.0]
+}
 
 fn heated(power: f64, flow: f64, day: &str) -> Heated {
     let (mass_flow, c_p) = (1.2 * flow, 1005.0);
@@ -22,6 +30,7 @@ fn heated(power: f64, flow: f64, day: &str) -> Heated {
         at: 0.3,
         cooling: 0.157 / (mass_flow * c_p),
         growth: [1e-4, 2e-7, -1e-10],
+        varies: Varies { by: 0.0, diameter: 0.05, doublings: [0.0; 2] },
     }
 }
 
@@ -55,15 +64,15 @@ fn drawn(count: usize, truth: [f64; 2], scatter: f64, stream: &mut Stream) -> Dr
 }
 
 fn gas(h: &Heated, at: f64, values: [f64; 2], [ambient, relative]: [f64; 2]) -> f64 {
-    let [t, ..] = h.temperature(at, values);
+    let (t, _) = h.temperature(at, constant(values));
     t + ambient + relative * (t - h.ambient[0])
 }
 
 /// How far the gas of a point lies from what is handed on, in standard deviations.
 fn off(found: &Found, drawn: &Drawn, truth: [f64; 2], point: usize) -> f64 {
     let (h, at) = (drawn.points[point].as_ref().unwrap(), 0.45);
-    let [t, a, b] = h.temperature(at, found.values);
-    let shared = found.covariance.quadratic(&[a, b]);
+    let (t, slopes) = h.temperature(at, found.values);
+    let shared = found.covariance.quadratic(&slopes);
     let variance = shared + h.ambient[1].powi(2) + (found.scatter * (t - h.ambient[0])).powi(2);
     (gas(h, at, truth, drawn.errors[point]) - t) / variance.sqrt()
 }
@@ -74,9 +83,9 @@ fn oracle_readings_give_back_what_made_them() {
     let truth = [0.82, 6.5];
     let mut all = drawn(3, truth, 0.0, &mut Streams::new(1).stream("heated"));
     for r in &mut all.readings {
-        r.temperature = all.points[r.point].as_ref().unwrap().temperature(r.at, truth)[0];
+        r.temperature = all.points[r.point].as_ref().unwrap().temperature(r.at, constant(truth)).0;
     }
-    let found = fit(&all.points, &all.readings, PRIOR, 0.0).unwrap();
+    let found = fit(&all.points, &all.readings, PRIORS, 0.0).unwrap();
     for i in 0..2 {
         let sd = found.covariance[(i, i)].sqrt();
         // The priors pull by less than the readings' own error.
@@ -94,7 +103,7 @@ fn oracle_moments_by_sums_over_a_grid() {
     for (count, scatter, offset_sd) in [(3, 0.0, 0.0), (3, 0.03, 0.4), (8, 0.01, 0.0), (8, 0.01, 0.6)] {
         let stream = &mut Streams::new(7).stream(&format!("heated/{count}/{scatter}"));
         let all = drawn(count, [0.85, 6.0], scatter, stream);
-        let found = fit(&all.points, &all.readings, PRIOR, offset_sd).unwrap();
+        let found = fit(&all.points, &all.readings, PRIORS, offset_sd).unwrap();
         let sd = [0, 1].map(|i| found.covariance[(i, i)].sqrt());
         let mut sum = [0.0; 6];
         let mut most = f64::NEG_INFINITY;
@@ -129,8 +138,12 @@ fn oracle_moments_by_sums_over_a_grid() {
 
 /// ln of the density of readings times the priors, tau by its logarithm.
 fn density(all: &Drawn, values: [f64; 2], tau: f64, offset_sd: f64) -> f64 {
+    density_of(all, constant(values), tau, offset_sd)
+}
+
+fn density_of(all: &Drawn, values: [f64; VALUES], tau: f64, offset_sd: f64) -> f64 {
     let of = |r: &GasReading| all.points[r.point].as_ref().unwrap();
-    let rise = |r: &GasReading| of(r).temperature(r.at, values)[0] - of(r).ambient[0];
+    let rise = |r: &GasReading| of(r).temperature(r.at, values).0 - of(r).ambient[0];
     let covariance = Matrix::from_fn(all.readings.len(), all.readings.len(), |i, j| {
         let (a, b) = (&all.readings[i], &all.readings[j]);
         let own = if i == j { a.sd.powi(2) } else { 0.0 };
@@ -140,11 +153,11 @@ fn density(all: &Drawn, values: [f64; 2], tau: f64, offset_sd: f64) -> f64 {
         own + day + point + offset
     });
     let off: Vec<f64> =
-        all.readings.iter().map(|r| r.temperature - of(r).temperature(r.at, values)[0]).collect();
+        all.readings.iter().map(|r| r.temperature - of(r).temperature(r.at, values).0).collect();
     let factor = Cholesky::new(&covariance).unwrap();
     let white = factor.whiten(&off);
     let misfit: f64 = white.iter().map(|w| w * w).sum::<f64>()
-        + (0..2).map(|i| ((values[i] - PRIOR[i][0]) / PRIOR[i][1]).powi(2)).sum::<f64>();
+        + (0..VALUES).map(|i| ((values[i] - PRIORS[i][0]) / PRIORS[i][1]).powi(2)).sum::<f64>();
     let student = -2.5 * (1.0 + (tau / 0.03).powi(2) / 4.0).ln();
     -0.5 * (misfit + factor.ln_det()) + student + tau.ln()
 }
@@ -153,14 +166,15 @@ fn density(all: &Drawn, values: [f64; 2], tau: f64, offset_sd: f64) -> f64 {
 #[test]
 fn behaviour_the_scatter_has_no_step() {
     let all = drawn(20, [0.85, 6.0], 0.0, &mut Streams::new(3).stream("heated"));
-    let exact = |r: &GasReading| all.points[r.point].as_ref().unwrap().temperature(r.at, [0.85, 6.0])[0];
+    let exact =
+        |r: &GasReading| all.points[r.point].as_ref().unwrap().temperature(r.at, constant([0.85, 6.0])).0;
     let scatter = |k: f64| {
         let moved = |r: &GasReading| GasReading {
             temperature: exact(r) + k * (r.temperature - exact(r)),
             ..r.clone()
         };
         let readings: Vec<GasReading> = all.readings.iter().map(moved).collect();
-        fit(&all.points, &readings, PRIOR, 0.0).unwrap().scatter
+        fit(&all.points, &readings, PRIORS, 0.0).unwrap().scatter
     };
     let by: Vec<f64> = (0..=40).map(|k| scatter(0.05 * f64::from(k))).collect();
     assert!(by[0] > 1e-3, "{by:?}");
@@ -177,7 +191,7 @@ fn coverage(count: usize, scatter: Option<f64>) -> [f64; 2] {
         let student: f64 = StudentT::new(4.0).unwrap().sample(stream);
         let truth = [0, 1].map(|i| (PRIOR[i][0] + PRIOR[i][1] * normal(stream)).max(0.1));
         let all = drawn(count, truth, scatter.unwrap_or(0.03 * student.abs()), stream);
-        let found = fit(&all.points, &all.readings, PRIOR, 0.0).unwrap();
+        let found = fit(&all.points, &all.readings, PRIORS, 0.0).unwrap();
         for (held, point) in held.iter_mut().zip([0, count]) {
             *held += f64::from(u8::from(off(&found, &all, truth, point).abs() < 1.96)) / 400.0;
         }
@@ -227,7 +241,7 @@ fn coverage_of_thermometers_that_read_too_much() {
             for r in &mut all.readings {
                 r.temperature += common + each[[0.35, 0.5, 0.7].iter().position(|at| *at == r.at).unwrap()];
             }
-            let found = fit(&all.points, &all.readings, PRIOR, 1.5).unwrap();
+            let found = fit(&all.points, &all.readings, PRIORS, 1.5).unwrap();
             held += f64::from(u8::from(off(&found, &all, truth, 8).abs() < 1.96)) / 300.0;
             sds += found.covariance[(0, 0)].sqrt() / 300.0;
             let [offset, sd] = found.offset;
@@ -243,15 +257,17 @@ fn coverage_of_thermometers_that_read_too_much() {
 
 #[test]
 fn order_slopes_of_the_temperature_are_its_derivatives() {
-    let (h, at, x) = (heated(60.0, 9e-4, "one"), [0.8, 5.0], 0.55);
-    let slopes = &h.temperature(x, at)[1..];
-    for i in 0..2 {
+    let varies = Varies { by: 0.4, diameter: 0.05, doublings: [0.5, -0.7] };
+    let (h, at, x) = (Heated { varies, ..heated(60.0, 9e-4, "one") }, [0.8, 5.0, 0.6, -0.4, 0.9, 1.1], 0.55);
+    let (_, slopes) = h.temperature(x, at);
+    for i in 0..VALUES {
         let moved = |d: f64| {
             let mut v = at;
             v[i] += d;
-            h.temperature(x, v)[0]
+            h.temperature(x, v).0
         };
         let central = (moved(1e-4) - moved(-1e-4)) / 2e-4;
+        assert!(slopes[i].abs() > 0.1, "{slopes:?}");
         assert!((central - slopes[i]).abs() < 1e-6 * slopes[i].abs(), "{central} {}", slopes[i]);
     }
 }
@@ -273,23 +289,32 @@ fn oracle_a_flame_heats_gas_whose_heat_capacity_grows() {
         at: 0.2,
         cooling: perimeter / capacity,
         growth: gas.growth_of_heat_capacity(ambient),
+        varies: Varies { by: 0.4, diameter: 0.05, doublings: [1.0, -0.5] },
     };
+    let z = [0.9, -0.5, 0.7, 0.3];
     let steps = 200_000;
     let mut t = ambient;
     for _ in 0..steps {
         let half = t + 0.5 * share * watts / mass_flow / c_p(t) / f64::from(steps);
         t += share * watts / mass_flow / c_p(half) / f64::from(steps);
     }
-    let at_the_flame = heated.temperature(0.2 + 1e-12, [share, h])[0];
+    let values = [share, h, z[0], z[1], z[2], z[3]];
+    let at_the_flame = heated.temperature(0.2 + 1e-12, values).0;
     assert!((at_the_flame - t).abs() < 1e-6 * t, "{at_the_flame} for {t}");
     // The rise with the c_p of the cold gas is 8 % more.
     assert!((share * heated.rise / (t - ambient) - 1.0) > 0.08, "{t}");
     let dx = 0.6 / f64::from(steps);
-    let slope = |t: f64| -h * perimeter * (t - ambient) / (mass_flow * c_p(t));
-    for _ in 0..steps {
-        t += dx * slope(t + 0.5 * dx * slope(t));
+    // Larger for twice the flow, less for a smaller rise, and changed behind the flame.
+    let h_at = |x: f64| {
+        h * (0.4 * (z[2] - 0.5 * z[3])).exp()
+            * (1.0 + 0.4 * (z[0] * (-x / 0.1_f64).exp() + z[1] * (-x / 0.5_f64).exp()))
+    };
+    let slope = |x: f64, t: f64| -h_at(x) * perimeter * (t - ambient) / (mass_flow * c_p(t));
+    for k in 0..steps {
+        let x = f64::from(k) * dx;
+        t += dx * slope(x + 0.5 * dx, t + 0.5 * dx * slope(x, t));
     }
-    let behind = heated.temperature(0.8, [share, h])[0];
+    let behind = heated.temperature(0.8, values).0;
     assert!((behind - t).abs() < 1e-6 * t, "{behind} for {t}");
 }
 
@@ -305,7 +330,15 @@ fn exact_the_gas_follows_a_factor_that_is_not_known_exactly() {
                at = \"x_g\"\npresent = \"gauze\"\n";
     let rig = Rig::parse(&source("rig.toml", rig), &campaign).unwrap();
     let [at, power, flow] = ["gauze", "Q", "flow"].map(str::to_owned);
-    let plan = HeatedFlow { at, power, flow, share: PRIOR[0], cooling: PRIOR[1], offset_sd: None };
+    let plan = HeatedFlow {
+        at,
+        power,
+        flow,
+        share: PRIOR[0],
+        cooling: PRIOR[1],
+        cooling_varies: 0.0,
+        offset_sd: None,
+    };
     let layouts = [Some(rig.at(&campaign.points[0], 293.0).unwrap())];
     let (states, _) = heated_states(&rig, &campaign, &plan, &[], &[Some([293.0, 0.1])], &layouts).unwrap();
     let state = states[0].as_ref().unwrap();
@@ -345,4 +378,47 @@ fn exact_gas_that_was_not_read_is_ambient_only_where_nothing_heats() {
     let hottest = states.iter().map(|s| Some(s.as_ref()?.temperature.iter().copied().fold(0.0, f64::max)));
     let expected = [Some(360.0), Some(320.0), Some(360.0), None, Some(293.0), None, None];
     assert_eq!(hottest.collect::<Vec<_>>(), expected);
+}
+
+/// Four unknowns more, against draws of the Gaussian that is found, weighted by the exact density of readings
+/// and priors.
+#[test]
+fn oracle_moments_of_a_heat_transfer_that_varies() {
+    let stream = &mut Streams::new(11).stream("varies");
+    let mut all = drawn(8, [0.85, 6.0], 0.01, stream);
+    all.points.iter_mut().flatten().enumerate().for_each(|(k, h)| {
+        h.varies = Varies { by: 0.4, diameter: 0.05, doublings: [[-0.45, 0.45][k / 4 % 2], 0.0] };
+        h.compare(Some([1.2 * 9.5e-4, 50.0]));
+    });
+    let found = fit(&all.points, &all.readings, PRIORS, 0.0).unwrap();
+    let factor = Cholesky::new(&found.covariance).unwrap();
+    let wide = 1.3;
+    let (mut sum, mut squares) = (0.0, 0.0);
+    let mut moments = [[0.0; 2]; VALUES];
+    for _ in 0..80_000 {
+        let z: [f64; VALUES] = std::array::from_fn(|_| normal(stream));
+        let by = |i: usize| wide * (0..=i).map(|j| factor.lower()[(i, j)] * z[j]).sum::<f64>();
+        let values: [f64; VALUES] = std::array::from_fn(|i| found.values[i] + by(i));
+        // tau uniform in u, as the program has it; its prior is in the density.
+        let u: f64 = rand_distr::Open01.sample(stream);
+        let tau = 0.03 * (std::f64::consts::FRAC_PI_2 * u).tan();
+        let jacobian = (1.0 + (tau / 0.03).powi(2)).ln() - tau.ln();
+        let ln = density_of(&all, values, tau, 0.0) + jacobian + 0.5 * z.iter().map(|z| z * z).sum::<f64>();
+        let weight = (ln + 30.0).exp();
+        sum += weight;
+        squares += weight * weight;
+        for (i, moment) in moments.iter_mut().enumerate() {
+            let d = values[i] - found.values[i];
+            *moment = [moment[0] + weight * d, moment[1] + weight * d * d];
+        }
+    }
+    let effective = sum * sum / squares;
+    assert!(effective > 1000.0, "{effective}");
+    for (i, [first, second]) in moments.into_iter().enumerate() {
+        let sd = found.covariance[(i, i)].sqrt();
+        let (mean, variance) = (first / sum, second / sum);
+        let slow = (variance - mean * mean).sqrt();
+        println!("value {i}: off {:.3} sd, sd {sd:.4} of {slow:.4}", mean / sd);
+        assert!(mean.abs() < 0.15 * sd && (sd / slow - 1.0).abs() < 0.12, "value {i}");
+    }
 }

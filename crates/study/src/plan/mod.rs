@@ -98,6 +98,10 @@ pub struct HeatedFlow {
     /// standard deviation.
     #[serde(default = "cooling")]
     pub cooling: [f64; 2],
+    /// By how much, relative, the heat transfer may differ from one constant: just behind the part, for twice
+    /// the flow, and for twice the rise of the gas. 0: one constant.
+    #[serde(default = "cooling_varies")]
+    pub cooling_varies: f64,
     /// Standard deviation of what all thermometers read too much, and of what each one does besides, K; as
     /// large as the stated errors of the readings, if absent.
     #[serde(default)]
@@ -164,6 +168,12 @@ fn share() -> [f64; 2] {
 /// Laminar to mixed convection in a tube of a few centimetres.
 fn cooling() -> [f64; 2] {
     [5.0, 3.0]
+}
+
+/// A laminar stream that was heated afresh loses 1.5 times as much heat 5 diameters on as 20 diameters on; for
+/// twice the flow, powers of 0 to 0.8 make factors of 1 to 1.7.
+fn cooling_varies() -> f64 {
+    0.4
 }
 
 impl Stage {

@@ -232,6 +232,12 @@ impl Check<'_> {
                 return Err((key, StudyProblem::Value { key: full, value, need }));
             }
         }
+        if !(0.0..=1.0).contains(&heated.cooling_varies) {
+            let (full, value) =
+                ("base.heated-flow.cooling_varies".to_owned(), heated.cooling_varies.to_string());
+            let need = "a relative number from 0, for one constant, to 1";
+            return Err(("cooling_varies", StudyProblem::Value { key: full, value, need }));
+        }
         if let Some(sd) = heated.offset_sd.filter(|sd| !(sd.is_finite() && *sd >= 0.0)) {
             let (full, value) = ("base.heated-flow.offset_sd".to_owned(), format!("{sd} K"));
             return Err(("offset_sd", StudyProblem::Value { key: full, value, need: "zero or more, in K" }));
