@@ -21,7 +21,7 @@ pub struct Scatter {
     pub found: usize,
     /// How many draws there are.
     pub draws: usize,
-    /// Root mean squares by which draws that have it lie off in growth rate, 1/s, and angular frequency, rad/s.
+    /// Root mean squares by which draws that have it lie off: growth rate, 1/s; angular frequency, rad/s.
     pub sd: [f64; 2],
 }
 
@@ -43,8 +43,8 @@ impl Built {
 }
 
 /// The scatter of the modes `modes` of a network about where they are, over other functions that the rows of
-/// its tables allow: of other orders and delays, and with other noise ([`crate::laws::Likely`]); `text` is the
-/// file that `built` was read from. Draws are of one seed.
+/// its tables allow: of other orders and delays, and with other noise ([`crate::laws::Likely`]);
+/// `text` is the file that `built` was read from. Draws are of one seed.
 ///
 /// # Errors
 /// As of [`super::read`].

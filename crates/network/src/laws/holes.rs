@@ -7,8 +7,8 @@ use rijke_numerics::{C64, Jet, JetSpace};
 
 /// How much of the end correction of a hole is left in a tube `xi` = (radius of hole)/(radius of tube) as
 /// wide: Fok's function, 1 - 1.4092 xi + 0.33818 xi^3 + 0.06793 xi^5 - 0.02287 xi^6 + 0.03015 xi^7 - 0.01641
-/// xi^8 (Fok 1941, Doklady Akademii Nauk SSSR 31; as in Melling 1973, J. Sound Vib. 29, eq. (26)), and 0.01222
-/// xi^9. Fok's sum falls below 0 beyond 0.94 and ends at -0.01222 at xi = 1; with the last term it is that of
+/// xi^8 (Fok 1941, Doklady Akademii Nauk SSSR 31; as in Melling 1973, J. Sound Vib. 29, eq. (26)), and
+/// 0.01222 xi^9. Fok's sum falls below 0 beyond 0.94 and ends at -0.01222 at xi = 1; with the last term it is that of
 /// the field in the tube to 2e-4 for all xi, and 0 at 1.
 #[must_use]
 pub fn fok(xi: f64) -> f64 {
@@ -141,8 +141,8 @@ mod tests {
     #[test]
     fn oracle_fok_against_the_field_of_an_aperture_in_a_tube() {
         // Inertia of a thin aperture in a tube from the evanescent modes of a velocity sum of c_j (1 -
-        // (r/a)^2)^(j - 1/2), over pi/4, that of a hole in the open. By Kelvin's principle the least over c is no
-        // less than the true one; it shares no constant with the fit.
+        // (r/a)^2)^(j - 1/2), over pi/4, that of a hole in the open. By Kelvin's principle the least over c
+        // is no less than the true one; it shares no constant with the fit.
         const MODES: usize = 2000;
         const SHAPES: usize = 4;
         let gamma_half = |j: usize| (0..j).fold(PI.sqrt(), |g, k| g * (k as f64 + 0.5));

@@ -60,7 +60,8 @@ impl Likely {
     }
 
     /// A function that could as well be the one that was measured: a fit by its probability, its values with
-    /// Gaussian errors of its noise, and the fit of the same order and delay to them. `None` if there is none.
+    /// Gaussian errors of its noise, and the fit of the same order and delay to them. `None` if
+    /// there is none.
     #[must_use]
     pub fn draw(&self, stream: &mut Stream) -> Option<Table> {
         let mut left: f64 = stream.random();
