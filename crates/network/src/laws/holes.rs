@@ -8,8 +8,8 @@ use rijke_numerics::{C64, Jet, JetSpace};
 /// How much of the end correction of a hole is left in a tube `xi` = (radius of hole)/(radius of tube) as
 /// wide: Fok's function, 1 - 1.4092 xi + 0.33818 xi^3 + 0.06793 xi^5 - 0.02287 xi^6 + 0.03015 xi^7 - 0.01641
 /// xi^8 (Fok 1941, Doklady Akademii Nauk SSSR 31; as in Melling 1973, J. Sound Vib. 29, eq. (26)), and
-/// 0.01222 xi^9. Fok's sum falls below 0 beyond 0.94 and ends at -0.01222 at xi = 1; with the last term it is that of
-/// the field in the tube to 2e-4 for all xi, and 0 at 1.
+/// 0.01222 xi^9. Fok's sum falls below 0 beyond 0.94 and ends at -0.01222 at xi = 1; with the last term it
+/// is that of the field in the tube to 2e-4 for all xi, and 0 at 1.
 #[must_use]
 pub fn fok(xi: f64) -> f64 {
     const K: [f64; 10] = [1.0, -1.4092, 0.0, 0.33818, 0.0, 0.06793, -0.02287, 0.03015, -0.01641, 0.01222];

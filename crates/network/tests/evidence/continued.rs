@@ -55,7 +55,8 @@ fn error(stream: &mut Stream) -> C64 {
     C64::from_polar((-(1.0 - radius).ln()).sqrt(), TURN * turn)
 }
 
-/// A table from 20 to 520 Hz with additive errors of `noise` of the largest gain, and twice that as tolerance.
+/// A table from 20 to 520 Hz with additive errors of `noise` of the largest gain, and twice that as
+/// tolerance.
 fn table(kind: &Kind, noise: f64, seed: usize) -> String {
     let mut stream = Streams::new(5).stream(&format!("continued/{}/{noise}/{seed}", kind.name));
     let rows: Vec<(f64, C64)> =
@@ -103,7 +104,8 @@ fn case(kind: &Kind, truth: &[C64], noise: f64, seed: usize) -> Case {
     case
 }
 
-/// Share of pulls within 2, their root mean square, modes trusted, ghosts among them, doubted, tables refused.
+/// Share of pulls within 2, their root mean square, modes trusted, ghosts among them, doubted, tables
+/// refused.
 fn study(kind: &Kind, noise: f64, tables: usize) -> (f64, f64, [usize; 4]) {
     let (_, truth) = modes(&tube(kind.elements, [-500.0, 500.0], [20.0, 520.0])).unwrap();
     let all: Vec<Case> = (0..tables).into_par_iter().map(|seed| case(kind, &truth, noise, seed)).collect();
