@@ -5,7 +5,7 @@ use super::schema::Gas;
 use super::warning::Warning;
 use crate::chain::network::Segment;
 use crate::flow_chain::{ActionKind, FlowWall};
-use crate::laws::{Law, LawSet, Table, TableError, TableRow};
+use crate::laws::{Law, LawSet, Likely, Table, TableError, TableRow};
 use crate::slot::Slot;
 use rijke_numerics::Stream;
 
@@ -38,11 +38,15 @@ pub(super) struct LocalGas {
     pub(super) heat: f64,
 }
 
-/// Draws every table anew within its noise ([`Table::redrawn`]).
+/// Puts another function that its rows allow ([`Likely`]) in the place of every table.
 pub(super) struct Redraw<'a> {
     pub(super) stream: Stream,
     /// The tables as they are, in the order in which they are met.
     pub(super) known: std::slice::Iter<'a, Table>,
+    /// What the rows of each allow, from the second drawing on.
+    pub(super) likely: &'a mut Vec<Likely>,
+    /// How many tables were met.
+    pub(super) met: usize,
 }
 
 /// Segments so far, and what acts on them.
@@ -79,11 +83,13 @@ pub(super) struct Flame {
 }
 
 impl Redraw<'_> {
-    /// The next table, drawn anew; as it is fitted where none is left.
+    /// Another function in the place of the next table; as it is fitted where none is left.
     pub(super) fn table(&mut self, rows: &[TableRow], tolerance: f64) -> Result<Table, TableError> {
-        match self.known.next() {
-            Some(table) => table.redrawn(rows, tolerance, &mut self.stream),
-            None => Table::fit(rows, tolerance),
+        let Some(table) = self.known.next() else { return Table::fit(rows, tolerance) };
+        if self.likely.len() == self.met {
+            self.likely.push(Likely::of(rows, table));
         }
+        self.met += 1;
+        Ok(self.likely[self.met - 1].draw(&mut self.stream).unwrap_or_else(|| table.clone()))
     }
 }

@@ -101,7 +101,13 @@ impl Assembly<'_> {
             }
         }
         let varies = profile.len() > 1 || area_end != area;
-        let pieces = pieces.unwrap_or(if varies || scheme == Scheme::Lumped { 40 } else { 1 });
+        let pieces = pieces.unwrap_or(if area_end != area {
+            PIECES_OF_A_CONE
+        } else if varies || scheme == Scheme::Lumped {
+            40
+        } else {
+            1
+        });
         if !(1..=MOST_PIECES).contains(&pieces) {
             return Err(item.fail(ElementProblem::Range {
                 key: "pieces",
@@ -185,6 +191,10 @@ impl Assembly<'_> {
 
 /// Length of the pieces at the ends of a duct whose gas or area varies, over the length of the duct.
 const SLIVER: f64 = 1e-6;
+
+/// Pieces of a cone. Their error falls as the square of their number: 0.08 Hz in 626 Hz with 40 of them, in a
+/// cone of 0.5 m from 0.05 to 0.12 m of diameter that cools from 600 to 400 K.
+const PIECES_OF_A_CONE: usize = 160;
 
 /// More pieces than any temperature profile needs.
 const MOST_PIECES: usize = 100_000;

@@ -82,7 +82,7 @@ pub enum OscilosError {
 }
 
 /// The rows of numbers below the title; `-` is read as absent (0).
-fn rows(file: &'static str, text: &str, columns: usize) -> Result<Vec<Vec<f64>>, OscilosError> {
+pub(super) fn rows(file: &'static str, text: &str, columns: usize) -> Result<Vec<Vec<f64>>, OscilosError> {
     let mut out = Vec::new();
     for (index, line) in text.lines().enumerate().skip(1) {
         if line.trim().is_empty() {

@@ -8,18 +8,20 @@ use crate::{Newton, Workspace};
 use rijke_numerics::{C64, Streams};
 
 /// How often tables are drawn.
-const DRAWS: usize = 20;
+const DRAWS: usize = 40;
 /// A mode that a draw moves farther than this, of its |s|, is another one.
 const ANOTHER: f64 = 0.1;
+/// Zeros closer than this, of |s|, are one.
+const SAME: f64 = 1e-6;
 
 /// What the noise of measured tables does to a mode.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scatter {
     /// In how many draws of the tables there is such a mode.
     pub found: usize,
-    /// How many draws there are: those of which a fit could be made.
+    /// How many draws there are.
     pub draws: usize,
-    /// Standard deviations of growth rate, 1/s, and angular frequency, rad/s, over the draws that have it.
+    /// Root mean squares by which draws that have it lie off: growth rate, 1/s; angular frequency, rad/s.
     pub sd: [f64; 2],
 }
 
@@ -40,9 +42,9 @@ impl Built {
     }
 }
 
-/// The scatter of the modes `modes` of a network over tables that could as well have been measured, each with
-/// the noise that its fit leaves ([`crate::laws::Table::redrawn`]); `text` is the file that `built` was read
-/// from. Draws are of one seed.
+/// The scatter of the modes `modes` of a network about where they are, over other functions that the rows of
+/// its tables allow: of other orders and delays, and with other noise ([`crate::laws::Likely`]);
+/// `text` is the file that `built` was read from. Draws are of one seed.
 ///
 /// # Errors
 /// As of [`super::read`].
@@ -51,29 +53,33 @@ pub fn scatter(text: &str, built: &Built, modes: &[C64]) -> Result<Vec<Scatter>,
     let streams = Streams::new(1);
     let mut moved: Vec<Vec<Option<C64>>> = vec![Vec::new(); modes.len()];
     let mut work = Workspace::default();
+    let mut likely = Vec::new();
     for draw in 0..DRAWS {
         let stream = streams.stream(&format!("network/table/{draw}"));
-        let redraw = Redraw { stream, known: built.tables.iter() };
-        // A draw that no rational function meets says nothing.
+        let redraw = Redraw { stream, known: built.tables.iter(), likely: &mut likely, met: 0 };
         let Ok(other) = build(text, &file, Some(redraw)) else { continue };
-        for (s, moved) in modes.iter().zip(&mut moved) {
-            moved.push(step(&other, *s, &mut work).filter(|by| by.norm() <= ANOTHER * s.norm()));
+        // Undeclared poles would be where the function grows without end; Newton's iteration ends at zeros.
+        let found: Vec<Option<C64>> =
+            modes.iter().map(|s| Some(other.solve(*s, &Newton::default(), &mut work).ok()?.s)).collect();
+        for (k, moved) in moved.iter_mut().enumerate() {
+            moved.push(found[k].filter(|z| is_of(*z, k, modes, &found)).map(|z| z - modes[k]));
         }
     }
     Ok(moved.iter().map(|moved| summary(moved)).collect())
 }
 
-/// How far the mode at `s` lies from there in another network; nothing if there is none.
-fn step(other: &Built, s: C64, work: &mut Workspace) -> Option<C64> {
-    let root = other.solve(s, &Newton::default(), work).ok()?;
-    // An undeclared pole would be where the function grows without end; Newton's iteration ends at zeros.
-    Some(root.s - s)
+/// Whether `z` is the mode `k` of a draw, in which each mode was looked for: not far from it, and of no mode
+/// nearer. Where two modes end at one, only one of them is there.
+fn is_of(z: C64, k: usize, modes: &[C64], found: &[Option<C64>]) -> bool {
+    let by = (z - modes[k]).norm();
+    let same = |other: &Option<C64>| other.is_some_and(|o| (o - z).norm() <= SAME * z.norm());
+    let nearer = |(j, s): (usize, &C64)| j != k && same(&found[j]) && (z - s).norm() < by;
+    by <= ANOTHER * modes[k].norm() && !modes.iter().enumerate().any(nearer)
 }
 
 fn summary(moved: &[Option<C64>]) -> Scatter {
     let found: Vec<C64> = moved.iter().flatten().copied().collect();
-    let free = found.len().saturating_sub(1).max(1) as f64;
-    let mean = found.iter().sum::<C64>() / found.len().max(1) as f64;
-    let sd = |part: fn(C64) -> f64| (found.iter().map(|z| part(z - mean).powi(2)).sum::<f64>() / free).sqrt();
+    let count = found.len().max(1) as f64;
+    let sd = |part: fn(&C64) -> f64| (found.iter().map(|z| part(z).powi(2)).sum::<f64>() / count).sqrt();
     Scatter { found: found.len(), draws: moved.len(), sd: [sd(|z| z.re), sd(|z| z.im)] }
 }

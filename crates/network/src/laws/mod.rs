@@ -20,7 +20,7 @@ pub use holes::{Leg, SideHole, fok, inner_correction, matching_length, series_co
 pub use probe::{PathDuct, Probe, Side, SourceCoefficient};
 pub use remote::{NoReference, RemoteSource};
 pub use remote_spread::{RemoteSpread, SpreadPiece, spread_middle, spread_weights};
-pub use rijke_numerics::rational::{Table, TableError, TableRow, phase_slope};
+pub use rijke_numerics::rational::{Likely, Table, TableError, TableRow, phase_slope};
 pub use spread::{SpreadFlame, SpreadSource};
 pub use wall::WallLaw;
 

@@ -22,7 +22,7 @@ fn tube(flame: &str, [low, high]: [f64; 2]) -> String {
     )
 }
 
-fn modes(text: &str) -> Option<(Built, Vec<C64>)> {
+pub(crate) fn modes(text: &str) -> Option<(Built, Vec<C64>)> {
     let built = read(text).ok()?;
     let found = built.modes(&built.region).ok()?.modes.iter().map(|m| m.s).collect();
     Some((built, found))

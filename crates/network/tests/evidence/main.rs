@@ -10,6 +10,7 @@ mod certificate;
 mod chains;
 mod common_laws;
 mod constants;
+mod continued;
 mod derivatives;
 mod eigenvalues;
 mod elements;

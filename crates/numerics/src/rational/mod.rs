@@ -2,12 +2,14 @@
 //! measured.
 //!
 //! `rows` holds a table; `aaa` finds poles; `relocate` finds residues and poles by least squares; `table`
-//! fits with both.
+//! fits with both; `likely` finds the other fits that noise allows.
 
 mod aaa;
+mod likely;
 mod relocate;
 mod rows;
 mod table;
 
+pub use likely::Likely;
 pub use rows::{Doubt, TableRow, doubt, phase_slope, too_late};
 pub use table::{Table, TableError};

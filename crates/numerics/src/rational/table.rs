@@ -5,8 +5,7 @@
 use super::aaa::fractions;
 use super::relocate::{Samples, relocate, residues, spread, upper};
 use super::rows::{COARSE, TableRow, phase_slope};
-use crate::{C64, DenseError, Jet, JetSpace, Stream};
-use rand::RngExt;
+use crate::{C64, DenseError, Jet, JetSpace};
 use std::f64::consts::PI;
 
 /// A tolerance of a measurement is two to three times the root mean square of its errors.
@@ -277,40 +276,12 @@ impl Table {
                 None => break,
             }
         }
-        // Growing poles far beyond the table are harmless: no search comes near them.
-        let range = fit.range;
-        let near = |pole: C64| pole.re > 0.0 && pole.re < range[1] && pole.im.abs() < 1.5 * range[1];
-        let Some(&(at, _)) = fit.terms.iter().find(|(pole, _)| near(*pole)) else { return Ok(fit) };
+        let Some(&(at, _)) = fit.terms.iter().find(|(pole, _)| fit.is_near(*pole)) else { return Ok(fit) };
         let mirrored = upper(fit.terms.iter().map(|t| t.0))
             .into_iter()
-            .map(|p| if near(p) { C64::new(-p.re, p.im) } else { p })
+            .map(|p| if fit.is_near(p) { C64::new(-p.re, p.im) } else { p })
             .collect::<Vec<_>>();
         again(&fit, &mirrored).ok_or(TableError::Unstable { at })
-    }
-
-    /// A table that could as well have been measured, fitted in the same way: at the frequencies of `rows`
-    /// the values of this fit, with Gaussian errors of its noise. What differs from this fit by more than
-    /// draws do is in the table; what draws do not have is noise.
-    ///
-    /// # Errors
-    /// As of [`Table::fit`].
-    pub fn redrawn(
-        &self,
-        rows: &[TableRow],
-        tolerance: f64,
-        stream: &mut Stream,
-    ) -> Result<Self, TableError> {
-        let scale = rows.iter().map(|row| row.gain).fold(0.0, f64::max);
-        let mut row = |row: &TableRow| {
-            let s = C64::new(0.0, 2.0 * PI * row.frequency);
-            // Box and Muller: of a complex error of mean square 1.
-            let [radius, turn]: [f64; 2] = [stream.random(), stream.random()];
-            let error = C64::from_polar((-(1.0 - radius).ln()).sqrt(), 2.0 * PI * turn);
-            let value = self.rational(s) * (-s * self.delay).exp() + self.noise * scale * error;
-            TableRow { frequency: row.frequency, gain: value.norm(), phase: value.arg() }
-        };
-        let drawn: Vec<TableRow> = rows.iter().map(&mut row).collect();
-        Self::fit(&drawn, tolerance)
     }
 
     /// The same, later by `delay` (s).
@@ -319,8 +290,23 @@ impl Table {
         Self { delay: self.delay + delay, ..self }
     }
 
+    /// The fit at s.
+    pub(super) fn value(&self, s: C64) -> C64 {
+        self.rational(s) * (-s * self.delay).exp()
+    }
+
+    /// Growing poles far beyond the table are harmless: no search comes near them.
+    fn is_near(&self, pole: C64) -> bool {
+        pole.re > 0.0 && pole.re < self.range[1] && pole.im.abs() < 1.5 * self.range[1]
+    }
+
+    /// Whether a pole at frequencies of the table grows.
+    pub(super) fn grows(&self) -> bool {
+        self.terms.iter().any(|(pole, _)| self.is_near(*pole))
+    }
+
     /// Without the delay.
-    fn rational(&self, s: C64) -> C64 {
+    pub(super) fn rational(&self, s: C64) -> C64 {
         self.terms.iter().map(|(pole, residue)| residue / (s - pole)).sum::<C64>() + self.constant
     }
 

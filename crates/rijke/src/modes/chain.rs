@@ -5,8 +5,8 @@ use crate::failure::{Classify, Failure};
 use rijke_engine::run::modes_at;
 use rijke_engine::{ModeDetails, SavedModel, Spectrum};
 use rijke_network::file::{
-    Account, Built, OscilosTexts, Scatter, by_the_rule_of_oscilos, read, read_oscilos, samples_of_each,
-    scatter,
+    Account, Built, FileError, OscilosTexts, Scatter, by_the_rule_of_oscilos, doubts_of_oscilos, read,
+    read_oscilos, samples_of_each, scatter,
 };
 use rijke_network::flow_chain::FlowChain;
 use rijke_network::{Mode, Modes, NetworkError, Region, SmallChange, Station};
@@ -89,7 +89,11 @@ impl Case {
         })?;
         let mut built = match read(&text) {
             Ok(built) => built,
-            Err(error) => return Self::rig(path, &text, limits, &error.to_string()),
+            Err(error @ FileError::Syntax { .. }) => {
+                return Self::rig(path, &text, limits, &error.to_string());
+            }
+            // What both kinds of file have is refused in both.
+            Err(error) => return Err(Failure::bad_input(error.to_string()).at(path)),
         };
         let network = &built.network;
         let mut devices: Vec<f64> = built.places.iter().map(|(place, _)| network.position(*place)).collect();
@@ -178,7 +182,8 @@ impl Case {
         // Kinds 11 and 12 are open ends, of which that program evaluates a fit.
         let kind = |text: &str| text.lines().nth(1)?.split_whitespace().next()?.parse::<f64>().ok();
         let open = [&texts.inlet, &texts.outlet].into_iter().filter_map(|text| kind(text)).any(|k| k >= 11.0);
-        let warnings = Vec::from_iter(open.then(|| OPEN_END.to_owned()));
+        let mut warnings = Vec::from_iter(open.then(|| OPEN_END.to_owned()));
+        warnings.extend(doubts_of_oscilos(&texts));
         let chain = Chain::Oscilos(Box::new(chain), names);
         let remedy = "Change Scan_range.txt, or give --min-hz and --max-hz.";
         Ok(Self { path, title: None, region, passive: false, warnings, note: None, devices, chain, remedy })

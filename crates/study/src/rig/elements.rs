@@ -134,7 +134,8 @@ pub(super) const HOLE_OUTLETS: [(&str, &str); 2] = [
 ];
 
 /// What the law of an orifice is made of: for the duct before it and the one behind, Fok's function of the
-/// diameter over that of the duct (Fok 1941; Melling 1973, J. Sound Vib. 29, eq. 15).
+/// diameter over that of the duct (Fok 1941; Melling 1973, J. Sound Vib. 29, eq. 15), with a last term that
+/// makes it 0 at 1, as in network files.
 pub(super) const PLATE: [(&str, &str); 5] = [
     ("plate_open", "pi/4*(diameter)^2/A"),
     ("plate_before", "(diameter)/D"),
@@ -142,12 +143,12 @@ pub(super) const PLATE: [(&str, &str); 5] = [
     (
         "fok_before",
         "1 - 1.4092*plate_before + 0.33818*plate_before^3 + 0.06793*plate_before^5 - 0.02287*plate_before^6 \
-         + 0.03015*plate_before^7 - 0.01641*plate_before^8",
+         + 0.03015*plate_before^7 - 0.01641*plate_before^8 + 0.01222*plate_before^9",
     ),
     (
         "fok_after",
         "1 - 1.4092*plate_after + 0.33818*plate_after^3 + 0.06793*plate_after^5 - 0.02287*plate_after^6 \
-         + 0.03015*plate_after^7 - 0.01641*plate_after^8",
+         + 0.03015*plate_after^7 - 0.01641*plate_after^8 + 0.01222*plate_after^9",
     ),
 ];
 
