@@ -135,7 +135,7 @@ impl Driven {
     /// A unit, a number or a list that cannot be; gains or delays without their errors.
     pub fn stated(&self, count: usize, path: &Path) -> Result<Option<StatedChannels>, RigError> {
         let Some(keys) = &self.microphones else { return Ok(None) };
-        let Channels { sensitivities, stated } = Channels::read(keys, count, path)?;
+        let Channels { sensitivities, stated } = Channels::read(keys, count, &[], path)?;
         let Some(mut stated) = stated else {
             let what = "must state errors: `delay_sd`, and `gain_sd` or `sensitivity_sd`";
             return Err(RigError::invalid(path, "[microphones]", Problem::Keys { what }));

@@ -3,7 +3,7 @@
 
 use crate::driven::{Driven, DrivenKeys, driven};
 use crate::files::{in_range, parse_toml, read_text};
-use crate::manifest::{Channels, Listed, MicrophoneKeys};
+use crate::manifest::{Channels, Listed, MicrophoneKeys, full_scale};
 use crate::records::set::plain;
 use crate::units::Given;
 use crate::{
@@ -32,6 +32,8 @@ pub struct ExcitedRecords {
     pub excitation: Excitation,
     /// Which channel of a file is which microphone; none if all are, in the order of the rig.
     channels: Option<Listed>,
+    /// Largest integer of a file, and whether it is in V; 1 Pa if not stated.
+    full_scale: (f64, bool),
     /// Which arrays of a file hold the record.
     arrays: Arrays,
     /// Where the files are.
@@ -56,6 +58,8 @@ pub struct Comparison {
     pub files: Vec<String>,
     /// Standard deviations of what makes the pressures unequal: relative, and in s.
     pub unequal: [f64; 2],
+    /// Microphones that give nothing, by their numbers in the rig.
+    dead: Vec<usize>,
     /// What `[microphones]` states.
     microphones: Option<MicrophoneKeys>,
 }
@@ -89,6 +93,10 @@ struct Manifest {
     rate_hz: f64,
     band_hz: [f64; 2],
     channels: Option<Listed>,
+    full_scale_pa: Option<f64>,
+    full_scale: Option<Given>,
+    #[serde(default)]
+    dead: Vec<usize>,
     #[serde(default)]
     arrays: Arrays,
     measured: Option<Elsewhere>,
@@ -161,7 +169,7 @@ impl Comparison {
     /// A unit, a number or a list that cannot be; gains or delays, which the records shall tell.
     pub fn sensitivities(&self, count: usize, path: &Path) -> Result<Vec<f64>, RigError> {
         let Some(keys) = &self.microphones else { return Ok(Vec::new()) };
-        let Channels { sensitivities, stated } = Channels::read(keys, count, path)?;
+        let Channels { sensitivities, stated } = Channels::read(keys, count, &self.dead, path)?;
         if stated.is_some() {
             let what = "states what the comparison tells; leave all but `sensitivity` out";
             return Err(RigError::invalid(path, "[microphones]", Problem::Keys { what }));
@@ -174,6 +182,7 @@ impl Comparison {
 fn comparison(
     keys: &ComparisonKeys,
     microphones: Option<MicrophoneKeys>,
+    dead: Vec<usize>,
     path: &Path,
 ) -> Result<Comparison, RigError> {
     if keys.files.is_empty() {
@@ -189,7 +198,7 @@ fn comparison(
         Ok(value)
     };
     let unequal = [sd("gain_sd", &keys.gain_sd, "1")?, sd("delay_sd", &keys.delay_sd, "s")?];
-    Ok(Comparison { files: keys.files.clone(), unequal, microphones })
+    Ok(Comparison { files: keys.files.clone(), unequal, dead, microphones })
 }
 
 impl ExcitedRecords {
@@ -199,7 +208,7 @@ impl ExcitedRecords {
     /// File, place and remedy; [`RigError::Elsewhere`] if the data are other people's and not here.
     pub fn open(folder: &Path) -> Result<Option<Self>, RigError> {
         let path = folder.join("manifest.toml");
-        if !path.is_file() {
+        if !path.exists() {
             return Ok(None);
         }
         let text = read_text(&path)?;
@@ -218,6 +227,19 @@ impl ExcitedRecords {
                 "`rate_hz`, `band_hz`",
                 "must be above zero, and the band ascend below half the rate",
             );
+        }
+        if manifest.comparison.is_none() && !manifest.dead.is_empty() {
+            return wrong("`dead`", "belongs to [comparison]; leave the microphone out of the rig");
+        }
+        let scale = full_scale(manifest.full_scale_pa, manifest.full_scale.as_ref());
+        let mut scale = scale.map_err(|(place, problem)| RigError::invalid(&path, place, problem))?;
+        match scale {
+            (full, _) if full.is_infinite() => scale.0 = 1.0,
+            (_, false) if manifest.microphones.is_some() => {
+                return wrong("`full_scale`", "must be in V beside [microphones], as in \"10 V\"");
+            }
+            (full, _) => in_range("full_scale", full, 1e-9, 1e9, if scale.1 { "V" } else { "Pa" })
+                .map_err(|(place, problem)| RigError::invalid(&path, place, problem))?,
         }
         let excitation = match (manifest.random, manifest.sweep, manifest.blow, manifest.comparison) {
             (Some(random), None, None, None) => {
@@ -249,9 +271,12 @@ impl ExcitedRecords {
                 }
                 Excitation::Blow(Blow { stretch, files: blow.files, states: blow.state })
             }
-            (None, None, None, Some(keys)) => {
-                Excitation::Comparison(Box::new(comparison(&keys, manifest.microphones, &path)?))
-            }
+            (None, None, None, Some(keys)) => Excitation::Comparison(Box::new(comparison(
+                &keys,
+                manifest.microphones,
+                manifest.dead,
+                &path,
+            )?)),
             _ => {
                 return wrong(
                     "[random], [sweep], [blow], [comparison]",
@@ -269,29 +294,57 @@ impl ExcitedRecords {
                 .ok_or_else(|| RigError::Elsewhere { path: path.clone(), data: elsewhere.clone() })?,
         };
         let Manifest { kind, source, rate_hz, band_hz, channels, arrays, .. } = manifest;
-        Ok(Some(Self { path, kind, source, rate_hz, band_hz, excitation, channels, arrays, folder }))
+        let full_scale = scale;
+        Ok(Some(Self {
+            path,
+            kind,
+            source,
+            rate_hz,
+            band_hz,
+            excitation,
+            channels,
+            full_scale,
+            arrays,
+            folder,
+        }))
     }
 
-    /// Reads one record. Integers are parts of full scale, floats as they are.
+    /// Reads one record. Integers are parts of full scale, floats as they are. A dead microphone has no
+    /// samples.
     ///
     /// # Errors
     /// As [`read_record`]; another number of microphones than `microphones`, if that is stated.
     pub fn read(&self, file: &str, microphones: Option<usize>) -> Result<Record, RigError> {
         let path = self.folder.join(file);
+        let dead = match &self.excitation {
+            Excitation::Comparison(found) => found.dead.clone(),
+            _ => Vec::new(),
+        };
+        if let (Some(count), Some(&index)) = (microphones, dead.iter().max())
+            && index >= count
+        {
+            return Err(RigError::invalid(&self.path, "dead", Problem::NoSuchIndex { index, count }));
+        }
         let (places, names) = match (&self.channels, microphones) {
             (Some(listed), _) => listed
-                .channels(microphones)
+                .channels(microphones, &dead)
                 .map_err(|(place, problem)| RigError::invalid(&self.path, place, problem))?,
             (None, Some(count)) => ((0..count).map(Some).collect(), BTreeMap::new()),
             (None, None) => ((0..self.count(&path)?).map(Some).collect(), BTreeMap::new()),
         };
         let layout = Layout {
             channels: &places,
-            full_scale: 1.0,
+            full_scale: self.full_scale.0,
             rate_hz: self.rate_hz,
             quiet: 0,
             arrays: &self.arrays,
-            reading: &Reading { names, volts_stay: self.excitation.states_gains(), ..Reading::default() },
+            reading: &Reading {
+                names,
+                dead,
+                full_scale_in_volts: self.full_scale.1,
+                volts_stay: self.full_scale.1 || self.excitation.states_gains(),
+                ..Reading::default()
+            },
         };
         read_record(&path, layout)
     }

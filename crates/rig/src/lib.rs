@@ -1,6 +1,7 @@
 #![doc = include_str!("../README.md")]
 
 mod apparatus;
+mod column_fault;
 mod driven;
 mod error;
 mod excited;
@@ -19,6 +20,7 @@ pub use apparatus::gas::{Gas, GasState};
 pub use apparatus::geometry::{Apparatus, DuctSize, Microphones, Recording};
 pub use apparatus::point::{FactorValue, OperatingPoint};
 pub use apparatus::way::{Stretch, Way};
+pub use column_fault::ColumnFault;
 pub use driven::{Driven, Specimen, SpectraKind, SwitchedRecord};
 pub use error::{Elsewhere, RigError};
 pub use excited::{Blow, BlowState, Comparison, Excitation, ExcitedRecords};

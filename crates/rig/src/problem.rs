@@ -1,5 +1,6 @@
 //! What can be wrong with a value in a file, and the remedy.
 
+use crate::column_fault::ColumnFault;
 use crate::units::UnitError;
 use crate::words::{listed, too_short};
 use std::path::PathBuf;
@@ -143,11 +144,9 @@ pub enum Problem {
         /// Columns of the file.
         width: usize,
     },
-    /// Channels are listed by name, and the file has no names.
-    #[error(
-        "the file has no names of columns, and `channels` lists them by name; list them by their place: `channels = [0, 1, -1]`"
-    )]
-    NoNames,
+    /// Columns that are not what the manifest says.
+    #[error(transparent)]
+    Columns(#[from] ColumnFault),
     /// Two columns that could be time.
     #[error("`{}` could each be time; say which, with `time`, and list the other with -1", known.join("` and `"))]
     TwoTimes {

@@ -46,7 +46,7 @@ const PLANNED_AMBIENT: f64 = 293.15;
 
 pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     let dir = &args.dir;
-    if dir.join("manifest.toml").is_file() && !dir.join("study.toml").is_file() {
+    if dir.join("manifest.toml").exists() && !dir.join("study.toml").exists() {
         return ui.result(&records::records_of(dir, ui)?);
     }
     let study = open(dir)?;
@@ -63,7 +63,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     let there = measured(&dir.join("observations"));
     // A folder of other things does not matter once there are observations.
     let is_due = recorded.is_dir()
-        && (!study.plan.stages.is_empty() || !there || recorded.join("manifest.toml").is_file());
+        && (!study.plan.stages.is_empty() || !there || recorded.join("manifest.toml").exists());
     let recorded = if is_due { Some(records::records_of(&recorded, ui)?) } else { None };
     let mut of_responses = None;
     if !study.plan.responses.is_empty() {

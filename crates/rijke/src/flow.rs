@@ -82,7 +82,7 @@ enum Choice {
 pub(crate) fn is_due(study: &Study) -> bool {
     let observations = study.folder.join("observations");
     matches!(study.plan.base, Base::States(_))
-        && ["pings.csv", HeatedTube::FILE].iter().all(|file| observations.join(file).is_file())
+        && ["pings.csv", HeatedTube::FILE].iter().all(|file| observations.join(file).exists())
 }
 
 /// Infers the base flow of a study with the usual options; when its ramps are settled, in words.
@@ -188,11 +188,11 @@ fn from_observations(args: &Args, folder: &Path, closures: &Closures, ui: &Ui) -
 
 /// What stands in `readings.csv` among the observations or beside the study; nothing without the file.
 fn readings(folder: &Path, observations: &TubeObservations) -> Result<(PathBuf, settled::Readings), Failure> {
-    let beside = folder.parent().filter(|p| p.join("study.toml").is_file());
+    let beside = folder.parent().filter(|p| p.join("study.toml").exists());
     let mut files = [Some(folder), beside].into_iter().flatten().map(|f| f.join(settled::Readings::FILE));
-    let file = files.find(|f| f.is_file()).unwrap_or_else(|| folder.join(settled::Readings::FILE));
+    let file = files.find(|f| f.exists()).unwrap_or_else(|| folder.join(settled::Readings::FILE));
     let known = |id: &str| observations.points.iter().any(|p| p.point.id == id);
-    let readings = match file.is_file() {
+    let readings = match file.exists() {
         true => settled::Readings::read(&file, &known).or_bad_input()?,
         false => settled::Readings::default(),
     };

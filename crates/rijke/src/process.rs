@@ -289,14 +289,17 @@ pub(crate) struct Opened {
 pub(crate) fn open(dir: &Path) -> Result<Opened, Failure> {
     let below = dir.join("records");
     let (folder, study) =
-        if dir.join("study.toml").is_file() { (below.as_path(), Some(dir)) } else { (dir, dir.parent()) };
-    let study = study.filter(|s| s.join("study.toml").is_file()).map(crate::study::open).transpose()?;
+        if dir.join("study.toml").exists() { (below.as_path(), Some(dir)) } else { (dir, dir.parent()) };
+    let study = study.filter(|s| s.join("study.toml").exists()).map(crate::study::open).transpose()?;
     if let Some(study) = &study {
         study.is_the_rig_of(folder).or_bad_input()?;
     }
     let described = described(folder, study.as_ref())?;
     let mut records = RecordFolder::open_of(folder, described).or_bad_input()?;
     let tube = tube(&mut records)?;
+    if let Some(study) = &study {
+        records.name_microphones(&study.rig.microphones.names);
+    }
     Ok(Opened { records, study, tube })
 }
 

@@ -8,7 +8,7 @@ use std::path::Path;
 
 /// Reads a study.
 pub(crate) fn open(dir: &Path) -> Result<Study, Failure> {
-    if !dir.join("study.toml").is_file() {
+    if !dir.join("study.toml").exists() {
         return Err(Failure::bad_input(format!("{}: holds no study.toml, so it is no study", dir.display()))
             .remedy("`rijke new DIR --template NAME` writes a study to fill in; docs/study-folder.md describes it."));
     }
@@ -57,7 +57,7 @@ pub(crate) fn observations(study: &Study) -> Result<ObservedModes, Failure> {
 
 /// Whether a folder of observations holds what was measured of modes; `readings.csv` may lie there before.
 pub(crate) fn measured(folder: &Path) -> bool {
-    ["observations.toml", "modes.csv", "pings.csv"].iter().any(|name| folder.join(name).is_file())
+    ["observations.toml", "modes.csv", "pings.csv"].iter().any(|name| folder.join(name).exists())
 }
 
 /// Warns of what has no effect, and of statements of a study that contradict its observations.

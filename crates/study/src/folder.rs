@@ -117,8 +117,9 @@ impl Study {
         let responses = !self.plan.responses.is_empty();
         let origin = if responses { Origin::beside_responses(&source) } else { source.toml() }?;
         let table = folder.join("modes.csv");
-        let table = if table.is_file() { table } else { folder.join("pings.csv") };
-        let there = table.is_file() || !responses;
+        // What is there and no regular file is refused by whoever reads it.
+        let table = if table.exists() { table } else { folder.join("pings.csv") };
+        let there = table.exists() || !responses;
         let modes = match there {
             true => {
                 let source = Source::read_table(&table)?;
@@ -128,13 +129,13 @@ impl Study {
             false => Vec::new(),
         };
         let points = folder.join("points.csv");
-        let ambient = if points.is_file() { read_ambient(&points, &self.campaign)? } else { BTreeMap::new() };
+        let ambient = if points.exists() { read_ambient(&points, &self.campaign)? } else { BTreeMap::new() };
         Ok(ObservedModes { kind: origin.kind, source: origin.source, modes, ambient })
     }
 
     /// Refuses a file of ramps with a point whose state is not inferred.
     fn knows_states_of(&self, path: &Path) -> Result<(), StudyError> {
-        if !path.is_file() {
+        if !path.exists() {
             return Ok(());
         }
         let source = Source::read(path)?;
@@ -163,7 +164,7 @@ impl Study {
     pub fn readings(&self, needed: bool) -> Result<Option<PathBuf>, StudyError> {
         let [here, observed] =
             [self.folder.clone(), self.folder.join("observations")].map(|f| f.join("readings.csv"));
-        match (here.is_file(), observed.is_file()) {
+        match (here.exists(), observed.exists()) {
             (false, true) => Ok(Some(observed)),
             (true, true) if read_text(&here).ok() != read_text(&observed).ok() => {
                 let text = format!("{} says otherwise; keep one of the two", observed.display());

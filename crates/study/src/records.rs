@@ -42,8 +42,17 @@ impl Study {
         let widest = layout.ducts.iter().flat_map(|d| d.area).fold(0.0, f64::max);
         let gas = match &self.rig.gas {
             GasModel::Real(gas) => gas.clone(),
-            // Only its sound speed and its boundary layers matter here.
-            GasModel::Perfect { .. } => Gas::air(),
+            perfect @ GasModel::Perfect { .. } => {
+                let gas = Gas::of_state(&perfect.at(LAID_OUT, self.rig.pressure));
+                // The keys of the message are those of a gas that follows temperature: name what is stated.
+                gas.validate().map_err(|(key, problem)| {
+                    let text = format!(
+                        "[gas]: by gamma, gas_constant, viscosity and prandtl, {key}: {problem}: no gas is like that, and records are not processed with it"
+                    );
+                    fail(StudyProblem::Toml(text))
+                })?;
+                gas
+            }
         };
         Ok(Apparatus {
             name: self.plan.name.clone(),
@@ -84,5 +93,53 @@ impl Campaign {
             repeats: point.repeats,
             factors: known.map(factor).collect(),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn oracle_clicks_run_in_the_gas_of_the_rig() {
+        let folder = std::env::temp_dir().join(format!("rijke-gas-of-records-{}", std::process::id()));
+        std::fs::create_dir_all(folder.join("candidates")).unwrap();
+        let write = |file: &str, text: &str| std::fs::write(folder.join(file), text).unwrap();
+        write(
+            "candidates/all.toml",
+            "[[candidate]]\nid = \"end\"\nrole = \"end\"\nname = \"end\"\ncite = [\"a test\"]\n[[candidate.effect]]\nacts_at = \"downstream\"\n\
+             reflection = \"-1\"\n",
+        );
+        write("campaign.csv", "point,row,Q [W],T_amb [K]\na,cold,0,293\n");
+        write(
+            "study.toml",
+            "name = \"gas\"\nbase = \"rig\"\n[[stage]]\nid = \"cold\"\npoints = {}\ncompete = [\"end\"]\n",
+        );
+        let open = |gas: &str| {
+            let rig = format!(
+                "name = \"gas\"\n[gas]\ntemperature = 293.15\n{gas}\n[upstream]\ntype = \"closed\"\n[downstream]\ntype = \"free\"\n\
+                 [[element]]\nname = \"tube\"\ntype = \"duct\"\nlength = 0.8\ndiameter = 0.05\nwall = \"none\"\n\
+                 [microphones]\nat = [0.1, 0.5]\nnames = [\"p1\", \"p2\"]\n"
+            );
+            write("rig.toml", &rig);
+            Study::open(&folder).unwrap()
+        };
+        // The default, a heavy gas, helium.
+        for (gamma, constant) in [(1.4, 287.05), (1.29, 188.9), (1.667, 2077.0)] {
+            let study = open(&format!("gamma = {gamma}\ngas_constant = {constant}"));
+            let gas = study.apparatus().unwrap().gas;
+            for kelvin in [273.15, 293.15, 313.15_f64] {
+                let (found, own) = (gas.at(kelvin, 101_325.0), study.rig.gas.at(kelvin, 101_325.0));
+                let close =
+                    |a: f64, b: f64, by: f64| assert!((a / b - 1.0).abs() < by, "{gamma} {kelvin}: {a} {b}");
+                close(found.sound_speed, (gamma * constant * kelvin).sqrt(), 1e-12);
+                close(found.density, own.density, 1e-12);
+                close(found.prandtl, own.prandtl, 1e-12);
+                close(found.viscosity, own.viscosity, 5e-4);
+            }
+        }
+        let refused = open("gamma = 1.9").apparatus().unwrap_err().to_string();
+        assert!(refused.contains("rig.toml") && refused.contains("[gas]"), "{refused}");
+        std::fs::remove_dir_all(&folder).unwrap();
     }
 }

@@ -53,7 +53,7 @@ impl Study {
     /// Both files, both numbers, and the remedy.
     pub fn is_the_rig_of(&self, folder: &Path) -> Result<(), StudyError> {
         let files = BESIDE.map(|file| folder.join(file));
-        files.iter().filter(|path| path.is_file()).try_for_each(|path| self.agrees_with(path))
+        files.iter().filter(|path| path.exists()).try_for_each(|path| self.agrees_with(path))
     }
 
     fn agrees_with(&self, path: &Path) -> Result<(), StudyError> {

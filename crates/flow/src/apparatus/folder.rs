@@ -29,7 +29,7 @@ impl HeatedTube {
         points: impl Iterator<Item = &'a OperatingPoint>,
     ) -> Result<Option<Self>, RigError> {
         let path = folder.join(Self::FILE);
-        if !path.is_file() {
+        if !path.exists() {
             return Ok(None);
         }
         let rig = TubeRig::read(&path)?;

@@ -64,7 +64,7 @@ impl Ramp {
         points: impl Iterator<Item = &'a TubePoint>,
     ) -> Result<Vec<Self>, RigError> {
         let path = folder.join(Self::FILE);
-        if path.is_file() { Self::read(&path, &points.collect::<Vec<_>>()) } else { Ok(Vec::new()) }
+        if path.exists() { Self::read(&path, &points.collect::<Vec<_>>()) } else { Ok(Vec::new()) }
     }
 
     /// Reads the runs of a file (CSV: `ramp`, `time [s]`, `power [W]`, `point`), whose points are among

@@ -73,7 +73,7 @@ impl RecordFolder {
     /// Those of the manifest.
     pub fn expected(folder: &Path, described: Described) -> Result<Self, RigError> {
         let path = folder.join("manifest.toml");
-        if !path.is_file() {
+        if !path.exists() {
             return Err(RigError::NotARecordSet { path });
         }
         let manifest: Manifest = parse_toml(&read_text(&path)?, &path)?;
@@ -94,6 +94,7 @@ impl RecordFolder {
         let channels = super::microphones::Channels::read(
             &manifest.microphones,
             rig.microphones.positions.len(),
+            &manifest.dead,
             &path,
         )?;
         let set = manifest.resolve(rig, &points, channels).map_err(wrong)?;
@@ -114,6 +115,15 @@ impl RecordFolder {
         set.calibrations.iter_mut().for_each(|c| keep(&mut c.clicks));
         set.calibrations.retain(|c| !c.clicks.is_empty());
         Self { set, ..self.clone() }
+    }
+
+    /// Says what the microphones of the rig as it stands are called, so that names of columns are compared.
+    pub fn name_microphones(&mut self, names: &[String]) {
+        let acquisition = &mut self.set.acquisition;
+        let numbers = acquisition.numbers(self.set.rig.microphones.positions.len());
+        let names: Vec<String> = numbers.iter().filter_map(|n| names.get(*n).cloned()).collect();
+        let exceptions = acquisition.exceptions.iter_mut().map(|e| &mut e.reading);
+        exceptions.chain([&mut acquisition.reading]).for_each(|r| r.microphones.clone_from(&names));
     }
 
     /// Says what sound passes at the points of which the manifest does not.

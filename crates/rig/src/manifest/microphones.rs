@@ -29,11 +29,16 @@ const KEYS: [(&str, &str); 6] = [
 ];
 
 impl Channels {
-    /// Reads `[microphones]` and the table that it names.
+    /// Reads `[microphones]` and the table that it names, which may lack the rows of `dead` microphones.
     ///
     /// # Errors
     /// A unit, a number or a list that cannot be; gains or delays without their errors.
-    pub(crate) fn read(keys: &MicrophoneKeys, count: usize, manifest: &Path) -> Result<Self, RigError> {
+    pub(crate) fn read(
+        keys: &MicrophoneKeys,
+        count: usize,
+        dead: &[usize],
+        manifest: &Path,
+    ) -> Result<Self, RigError> {
         let given =
             [&keys.sensitivity, &keys.sensitivity_sd, &keys.gain, &keys.gain_sd, &keys.delay, &keys.delay_sd];
         let mut values: [Option<Vec<Given>>; 6] = Default::default();
@@ -45,7 +50,7 @@ impl Channels {
         if let Some(table) = &keys.table {
             let path = manifest.with_file_name(table);
             let columns = Columns::read(&path)?;
-            let order = order(&columns, count)?;
+            let order = order(&columns, count, dead)?;
             for (slot, (key, _)) in values.iter_mut().zip(KEYS).filter(|(_, (key, _))| columns.has(key)) {
                 if slot.is_some() {
                     let what = "stands in the manifest and in the table; keep one of the two";
@@ -185,8 +190,9 @@ fn spread(each: &Each, count: usize) -> Result<Vec<Given>, Problem> {
     }
 }
 
-/// For each microphone its row: each once, by its number from 0.
-fn order(columns: &Columns, count: usize) -> Result<Vec<usize>, RigError> {
+/// For each microphone its row: each once, by its number from 0. A dead one without a row gets that of
+/// another: nobody asks for its numbers.
+fn order(columns: &Columns, count: usize, dead: &[usize]) -> Result<Vec<usize>, RigError> {
     let numbers = columns.numbers("microphone", "1")?;
     let mut rows = vec![None; count];
     for (row, number) in numbers.iter().enumerate() {
@@ -199,9 +205,31 @@ fn order(columns: &Columns, count: usize) -> Result<Vec<usize>, RigError> {
             return Err(columns.wrong(row, "microphone", Problem::Duplicate { name: m.to_string() }));
         }
     }
-    let found: Vec<usize> = rows.into_iter().flatten().collect();
-    match found.len() == count {
-        true => Ok(found),
-        false => Err(columns.whole(Problem::OtherCount { have: found.len(), need: count })),
+    let any = rows.iter().flatten().next().copied();
+    let row = |(m, row): (usize, &Option<usize>)| row.or(any.filter(|_| dead.contains(&m)));
+    let found: Option<Vec<usize>> = rows.iter().enumerate().map(row).collect();
+    found.ok_or_else(|| {
+        columns.whole(Problem::OtherCount { have: rows.iter().flatten().count(), need: count })
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn message_a_dead_microphone_needs_no_row_in_the_table() {
+        let folder = std::env::temp_dir().join(format!("rijke-dead-row-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        let text =
+            "microphone,gain [1],gain_sd [1],delay [s],delay_sd [s]\n0,1,0.01,0,1e-6\n2,1.1,0.02,0,1e-6\n";
+        std::fs::write(folder.join("table.csv"), text).unwrap();
+        let keys = MicrophoneKeys { table: Some("table.csv".into()), ..MicrophoneKeys::default() };
+        let read = |dead: &[usize]| Channels::read(&keys, 3, dead, &folder.join("manifest.toml"));
+        let stated = read(&[1]).unwrap().without(&[1]).stated.unwrap();
+        assert_eq!((stated.gains, stated.gain_sds), (vec![1.0, 1.1], vec![0.01, 0.02]));
+        let said = read(&[]).unwrap_err().to_string();
+        assert!(said.contains("2 values for 3 microphones"), "{said}");
+        std::fs::remove_dir_all(&folder).unwrap();
     }
 }

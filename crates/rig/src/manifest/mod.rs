@@ -11,3 +11,4 @@ mod resolve;
 
 pub(crate) use keys::{Listed, MicrophoneKeys};
 pub(crate) use microphones::Channels;
+pub(crate) use resolve::full_scale;

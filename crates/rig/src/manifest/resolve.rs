@@ -24,12 +24,13 @@ impl Manifest {
         channels: Channels,
     ) -> Result<RecordSet, Wrong> {
         let (numbers, removed) = remove_dead(&mut rig, &self.dead)?;
-        let (full_scale, full_scale_in_volts) = self.full_scale()?;
+        let (full_scale, full_scale_in_volts) = full_scale(self.full_scale_pa, self.full_scale.as_ref())?;
         let (ping, click) = self.stretches()?;
         let channels = channels.without(&self.dead);
         let (places, names) = columns(&self.channels, &numbers);
         let reading = Reading {
             names,
+            microphones: Vec::new(),
             time: self.time,
             text: self.text,
             unit: unit("unit", self.unit.as_deref())?,
@@ -94,27 +95,6 @@ impl Manifest {
                 mains_hz: self.mains_hz,
             },
         })
-    }
-
-    /// Largest integer in Pa or V, and whether it is V; infinite if not stated.
-    fn full_scale(&self) -> Result<(f64, bool), Wrong> {
-        let key = || "full_scale".to_owned();
-        match (self.full_scale_pa, &self.full_scale) {
-            (Some(_), Some(_)) => {
-                let what = "stands beside `full_scale_pa`; keep one of the two";
-                Err((key(), Problem::Keys { what }))
-            }
-            (Some(pascal), None) => Ok((pascal, false)),
-            (None, Some(given @ Given::Stated(_))) => match given.of("V") {
-                Ok(volts) => Ok((volts, true)),
-                Err(_) => given.of("Pa").map(|pascal| (pascal, false)).map_err(|e| (key(), Problem::Unit(e))),
-            },
-            (None, Some(Given::Si(_))) => {
-                let what = "is a number without a unit; write it as in \"10 V\" or \"20 Pa\"";
-                Err((key(), Problem::Keys { what }))
-            }
-            (None, None) => Ok((f64::INFINITY, false)),
-        }
     }
 
     /// How pings and clicks are taken. A kind of which there is no record needs no entry.
@@ -241,6 +221,27 @@ impl ExceptionEntry {
     }
 }
 
+/// Largest integer in Pa or V, and whether it is V; infinite if not stated.
+pub(crate) fn full_scale(in_pa: Option<f64>, given: Option<&Given>) -> Result<(f64, bool), Wrong> {
+    let key = || "full_scale".to_owned();
+    match (in_pa, given) {
+        (Some(_), Some(_)) => {
+            let what = "stands beside `full_scale_pa`; keep one of the two";
+            Err((key(), Problem::Keys { what }))
+        }
+        (Some(pascal), None) => Ok((pascal, false)),
+        (None, Some(given @ Given::Stated(_))) => match given.of("V") {
+            Ok(volts) => Ok((volts, true)),
+            Err(_) => given.of("Pa").map(|pascal| (pascal, false)).map_err(|e| (key(), Problem::Unit(e))),
+        },
+        (None, Some(Given::Si(_))) => {
+            let what = "is a number without a unit; write it as in \"10 V\" or \"20 Pa\"";
+            Err((key(), Problem::Keys { what }))
+        }
+        (None, None) => Ok((f64::INFINITY, false)),
+    }
+}
+
 /// For each microphone its number in the rig without the dead ones; numbers and places of those.
 type Removed = (Vec<Option<usize>>, Vec<(usize, f64)>);
 
@@ -268,11 +269,12 @@ fn remove_dead(rig: &mut Apparatus, dead: &[usize]) -> Result<Removed, Wrong> {
 }
 
 impl Listed {
-    /// Channels by their place and by their name, of `count` microphones; as many as are listed if none.
+    /// Channels by their place and by their name, of `count` microphones; as many as are listed if none. The
+    /// `dead` need no channel.
     ///
     /// # Errors
     /// A microphone that there is not, or one without a channel, or with two.
-    pub(crate) fn channels(&self, count: Option<usize>) -> Result<Named, Wrong> {
+    pub(crate) fn channels(&self, count: Option<usize>, dead: &[usize]) -> Result<Named, Wrong> {
         let listed: Vec<i64> = match self {
             Self::ByPlace(all) => all.clone(),
             Self::ByName(all) => all.values().copied().collect(),
@@ -281,7 +283,7 @@ impl Listed {
         let count = count.unwrap_or(most);
         let numbers: Vec<Option<usize>> = (0..count).map(Some).collect();
         let (places, names) = columns(self, &numbers);
-        let reading = Reading { names, ..Reading::default() };
+        let reading = Reading { names, dead: dead.to_vec(), ..Reading::default() };
         check_map(&places, &reading, count, "channels")?;
         Ok((places, reading.names))
     }

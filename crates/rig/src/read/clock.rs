@@ -1,5 +1,6 @@
 //! A column of time, compared with the sampling rate.
 
+use crate::column_fault::ColumnFault;
 use crate::problem::Problem;
 use crate::units::Unit;
 
@@ -15,6 +16,9 @@ pub(crate) struct Clock {
 /// Relative error of the sampling rate that a column of time may show, beside its rounding by half a sample.
 const RATE: f64 = 1e-5;
 
+/// Units that are taken for seconds where the heading states none: parts of a second, name, symbol.
+const UNITS: [(f64, &str, &str); 2] = [(1e3, "milliseconds", "ms"), (1e6, "microseconds", "us")];
+
 impl Clock {
     pub(crate) fn new(unit: Unit, rate_hz: f64) -> Self {
         Self { unit, rate_hz, first: 0.0, last: 0.0, count: 0 }
@@ -29,6 +33,11 @@ impl Clock {
         let step = (time - self.last) * self.rate_hz;
         let late = (step - 1.0).abs();
         if self.count > 0 && (late > 0.5 || late.is_nan()) {
+            let look = |(times, _, _): &(f64, _, _)| (step / times - 1.0).abs() < 0.5;
+            if let Some((_, unit, symbol)) = UNITS.into_iter().find(look) {
+                let (step, need) = (time - self.last, 1.0 / self.rate_hz);
+                return Err(ColumnFault::TimeUnit { sample: self.count, step, need, unit, symbol }.into());
+            }
             return Err(Problem::TimeJumps {
                 sample: self.count,
                 step: time - self.last,
@@ -53,5 +62,21 @@ impl Clock {
             true => Ok(()),
             false => Err(Problem::WrongRate { have: steps / (self.last - self.first), need: self.rate_hz }),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn message_times_in_milliseconds_are_named() {
+        let mut clock = Clock::new(Unit::parse("s").unwrap(), 1e4);
+        clock.see(0.0).unwrap();
+        let said = clock.see(0.1).unwrap_err().to_string();
+        assert!(said.contains("look like milliseconds") && said.contains("`t [ms]`"), "{said}");
+        // Five samples are missing.
+        let said = clock.see(6e-4).unwrap_err().to_string();
+        assert!(said.contains("samples are missing"), "{said}");
     }
 }

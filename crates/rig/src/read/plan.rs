@@ -1,6 +1,7 @@
 //! Which column of a file is which microphone, in which unit, and which is time.
 
 use super::layout::Layout;
+use crate::column_fault::ColumnFault;
 use crate::formats::headings::{is_named, named};
 use crate::problem::Problem;
 use crate::records::reading::{Column, Reading};
@@ -63,7 +64,9 @@ impl Plan {
         let reading = layout.reading;
         let time = time_column(reading, headings, width)?;
         let microphones = if reading.names.is_empty() {
-            by_place(layout.channels, time, headings, width)?
+            let all = by_place(layout.channels, time, headings, width)?;
+            agree(&all, headings, reading)?;
+            all
         } else {
             by_name(reading, time, headings)?
         };
@@ -212,15 +215,47 @@ fn by_place(
     if have < need {
         return Err(("header".into(), Problem::MissingChannel { have, need }));
     }
-    let surplus = (0..width).filter(|k| Some(*k) != time).skip(need);
-    let name = |k: usize| headings.get(k).map_or(format!("{}", k + 1), |h| format!("{} `{h}`", k + 1));
-    Err(("header".into(), Problem::SurplusChannels { have, need, surplus: surplus.map(name).collect() }))
+    let is_nameless = |k: &usize| headings.get(*k).is_some_and(String::is_empty);
+    let nameless: Vec<usize> = (0..width).filter(|k| Some(*k) != time && is_nameless(k)).collect();
+    let surplus = match nameless.len() == have - need {
+        // Of columns with names and one without, that one is not a microphone.
+        true => nameless,
+        false => (0..width).filter(|k| Some(*k) != time).skip(need).collect(),
+    };
+    let name = |k: usize| match headings.get(k).map(String::as_str) {
+        None => format!("{}", k + 1),
+        Some("") => format!("{} without a name (of time, it needs one, such as `t [s]`)", k + 1),
+        Some(name) => format!("{} `{name}`", k + 1),
+    };
+    let surplus = surplus.into_iter().map(name).collect();
+    Err(("header".into(), Problem::SurplusChannels { have, need, surplus }))
+}
+
+/// No column listed by its place has the name of another microphone.
+fn agree(microphones: &[Option<usize>], headings: &[String], reading: &Reading) -> Result<(), Wrong> {
+    for (column, (microphone, heading)) in microphones.iter().zip(headings).enumerate() {
+        let named = reading.microphones.iter().position(|name| is_named(heading, name));
+        if let (Some(listed), Some(named)) = (*microphone, named)
+            && listed != named
+        {
+            let name = reading.microphones[named].clone();
+            let fault = ColumnFault::OtherMicrophone { name, named, listed };
+            return Err((format!("column {}", column + 1), fault.into()));
+        }
+    }
+    Ok(())
 }
 
 /// Every column has a name in the list, and every name of the list a column.
 fn by_name(reading: &Reading, time: Option<usize>, headings: &[String]) -> Result<Microphones, Wrong> {
     if headings.is_empty() {
-        return Err(("header".into(), Problem::NoNames));
+        return Err((
+            "header".into(),
+            match reading.text.header_lines {
+                Some(lines) if lines > 0 => ColumnFault::NamesPassedOver { lines }.into(),
+                _ => ColumnFault::NoNames.into(),
+            },
+        ));
     }
     let mut all = vec![None; headings.len()];
     let mut seen = vec![false; headings.len()];
@@ -244,4 +279,29 @@ fn by_name(reading: &Reading, time: Option<usize>, headings: &[String]) -> Resul
     }
     let (have, need) = (headings.len(), headings.len() - surplus.len());
     Err(("header".into(), Problem::SurplusChannels { have, need, surplus }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::formats::text::TextForm;
+
+    #[test]
+    fn message_columns_that_contradict_the_manifest() {
+        let named = |text: &str| text.split(',').map(str::to_owned).collect::<Vec<String>>();
+        // A column of time without a name.
+        let list = [Some(0), Some(1)];
+        let said = by_place(&list, None, &named(",p1,p2"), 3).unwrap_err().1.to_string();
+        assert!(said.contains("surplus: 1 without a name") && !said.contains("p2"), "{said}");
+        // Names of other microphones than the list says.
+        let reading = Reading { microphones: named("p1,p2"), ..Reading::default() };
+        let said = agree(&list, &named("p2,p1"), &reading).unwrap_err().1.to_string();
+        assert!(said.contains("`p2`, which is microphone 1") && said.contains("as microphone 0"), "{said}");
+        assert_eq!(agree(&list, &named("p1 [Pa],p2 [Pa]"), &reading), Ok(()));
+        assert_eq!(agree(&[None, Some(1)], &named("p1,other"), &reading), Ok(()));
+        // The line of names is passed over.
+        let text = TextForm { header_lines: Some(2), ..TextForm::default() };
+        let said = by_name(&Reading { text, ..Reading::default() }, None, &[]).unwrap_err().1.to_string();
+        assert!(said.contains("2 lines that `header_lines` passes over"), "{said}");
+    }
 }

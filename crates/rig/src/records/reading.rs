@@ -13,6 +13,8 @@ pub struct Reading {
     /// For every column by its name the microphone that it records; none for one that is unused. Empty if
     /// columns are listed by their place.
     pub names: BTreeMap<String, Option<usize>>,
+    /// Names of the microphones in the rig, for columns that are listed by their place; empty if not known.
+    pub microphones: Vec<String>,
     /// The column of time; if none is declared, the one whose name or unit says so.
     pub time: Option<Column>,
     /// How text files are written.

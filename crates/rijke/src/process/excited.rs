@@ -25,7 +25,7 @@ const CHANGED: &str = "observations.toml.old";
 
 /// Opens such records of a study or a folder beside its study; none if the records are pings and clicks.
 pub(super) fn open(dir: &Path) -> Result<Option<(ExcitedRecords, Study)>, Failure> {
-    let is_study = dir.join("study.toml").is_file();
+    let is_study = dir.join("study.toml").exists();
     let folder = if is_study { dir.join("records") } else { dir.to_owned() };
     let Some(records) = ExcitedRecords::open(&folder).or_bad_input()? else { return Ok(None) };
     // Of `rijke process comparison` in the folder of a study, the study is there.

@@ -63,6 +63,14 @@ fn oracle_compared_microphones_calibrate_a_tube() {
         let [loss, sd] = [2, 3].map(|k| band[k].as_f64().unwrap());
         assert!(loss.abs() < 4.0 * sd, "{band}");
     }
+    // A dead microphone may be declared, and what the largest integer stands for.
+    let dead = "full_scale = \"2 V\"\ndead = [3]\n[microphones]\nsensitivity = \"50 mV/Pa\"\n[comparison]";
+    fs::write(comparison.join("manifest.toml"), manifest.replace("[comparison]", dead)).unwrap();
+    let output = rijke(&folder, &["process", "comparison", "--force", "--json"]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let answer: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let gain = |m: usize, k: usize| answer["microphones"][m]["gain"][k].as_f64().unwrap();
+    assert!(gain(3, 1) == 1.0 && (gain(4, 0) - 1.12).abs() < 4.0 * gain(4, 1), "{answer}");
     // What it cannot be.
     let refused = |from: &str, to: &str, part: &str| {
         fs::write(comparison.join("manifest.toml"), manifest.replace(from, to)).unwrap();

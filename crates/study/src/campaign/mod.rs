@@ -20,7 +20,7 @@ impl Campaign {
     /// File, line and remedy; both are there.
     pub fn of(folder: &Path) -> Result<Self, StudyError> {
         let [table, document] = ["campaign.csv", "campaign.toml"].map(|file| folder.join(file));
-        match (table.is_file(), document.is_file()) {
+        match (table.exists(), document.exists()) {
             (true, true) => {
                 let text = "stands beside campaign.csv; keep one of the two";
                 let problem = Box::new(StudyProblem::Toml(text.into()));
