@@ -3,6 +3,7 @@
 mod assembly;
 mod conditions;
 mod data;
+mod delays;
 mod error;
 mod errors;
 mod gaussian;

@@ -29,6 +29,11 @@ impl<'a> Predictor<'a> {
         Ok(Self { points, parameters: assembly.parameters().len() })
     }
 
+    /// The model of every observation.
+    pub(crate) fn points(&self) -> &[PointModel<'a>] {
+        &self.points
+    }
+
     /// Modes of one point stand side by side.
     fn respond(&self, values: &[f64], order: Order) -> Result<Vec<Response>, EngineError> {
         let groups: Vec<&[PointModel<'_>]> = self.points.chunk_by(|a, b| a.id() == b.id()).collect();

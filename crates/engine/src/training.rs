@@ -1,6 +1,7 @@
 //! From observations to the most probable parameters and the evidence.
 
 use crate::data::Blocks;
+use crate::delays::delays;
 use crate::errors::{
     Assemblies, BaseErrors, Carried, Channels, Common, Heard, LawErrors, Learned, OF_INSTALLATION, Scatter,
     any_varies, of_drift,
@@ -69,6 +70,8 @@ pub(crate) struct OfSeveral {
     pub(crate) whole: Vec<Vec<f64>>,
 }
 
+/// Most maxima of a delay beside the best that are named.
+const NAMED: usize = 2;
 /// Odds below which another maximum is improbable.
 const IMPROBABLE: f64 = 0.01;
 
@@ -92,6 +95,9 @@ pub fn train(
     let mut used: Vec<Used> = observed.iter().map(|o| o.used(&training.microphones, reference)).collect();
     let own = assembly.parameters().len();
     let predictor = Predictor::new(assembly, observed, &used)?;
+    let scans = || delays(predictor.points(), observed, assembly.parameters());
+    let checks = training.checks.clone().map(|checks| AssessOptions { scans: scans(), ..checks });
+    let training = &Training { checks, ..training.clone() };
     let heard_anything = used.iter().any(|u| !u.others.is_empty());
     let channels = if heard_anything {
         Channels::of(rig, training.channels.as_ref(), &training.microphones)
@@ -279,7 +285,11 @@ impl Fitting<'_> {
                 let odds = |share: f64| share / found.maxima[0].share;
                 let others = found.maxima.iter().skip(1).filter(|m| odds(m.share) >= IMPROBABLE);
                 elsewhere.extend(others.map(|m| (odds(m.share), m.fit.parameters[..own].to_vec())));
-                let health = found.health;
+                let mut health = found.health;
+                if !checks.scans.is_empty() {
+                    let others = health.other_modes.iter().take(NAMED).map(ToString::to_string);
+                    health.warnings.extend(others);
+                }
                 (found.fit, found.laplace.ok(), found.evidence.ok(), health.warnings, health.sampler)
             }
         };

@@ -25,7 +25,7 @@ pub use evidence::{
 };
 pub use fit::{Fit, MapOptions, NoiseEstimate, Posterior};
 pub use linearised::{Causes, Drawn, Few, LeftOut, Linearised, Moved, Told, gain, student};
-pub use maxima::{Apart, Maximum, OtherMaximum, further_maxima};
+pub use maxima::{Apart, Maximum, OtherMaximum, Scan, further_maxima};
 pub use numbers::{chi_squared_sds, normal_cdf, normal_quantile};
 pub use problem::{
     Alias, Coordinates, Correlated, Data, Forward, Kernel, Move, NoiseGroup, NoiseMode, Observation,

@@ -10,7 +10,7 @@ use crate::{
     study_responses,
     ui::Ui,
 };
-use rijke_engine::run::{answerable, foresight};
+use rijke_engine::run::{answerable, foresight, recognised};
 use rijke_study::Study;
 use rijke_study::plan::{Base, Stage};
 use serde_json::json;
@@ -107,6 +107,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     }
     if let Some(observed) = &observed {
         answerable(&study, observed).map_err(|e| of_the_engine(&e, &dir.join("study.toml")))?;
+        recognised(&study, observed).map_err(|e| of_the_engine(&e, dir))?;
     }
     let found = foresight(&study, observed.as_ref(), [growth, frequency, pressure], PLANNED_AMBIENT)
         .map_err(|e| of_the_engine(&e, dir))?;

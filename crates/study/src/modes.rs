@@ -127,18 +127,7 @@ pub(crate) fn parse(
         let line = source.line_of(&record);
         let fail = |problem| source.at_line(line, problem);
         let mode = row(&record, &header, &columns, &named, campaign).map_err(fail)?;
-        let [low, high] = rig.search[1];
-        if let Some(f) = mode.angular_frequency.map(hertz).filter(|f| !(low..=high).contains(f))
-            && rig.search_is_stated
-        {
-            let (key, value) = ("frequency".to_owned(), format!("{f:.2} Hz"));
-            return Err(fail(StudyProblem::Value {
-                key,
-                value,
-                need: "within frequency_hz of [search] in the rig's file; correct the \
-             number or its unit, or widen the search",
-            }));
-        }
+        outside(&mode, rig).map_or(Ok(()), |problem| Err(fail(problem)))?;
         if modes.iter().any(|(_, m)| m.point == mode.point && m.label == mode.label) {
             let id = campaign.points[mode.point].id.clone();
             let name = if mode.label.is_empty() { id } else { format!("{id}, mode {}", mode.label) };
@@ -150,6 +139,31 @@ pub(crate) fn parse(
         return Err(source.at_line(top, StudyProblem::Empty { what: "mode", need: "add a row" }));
     }
     Ok(modes)
+}
+
+/// What is wrong with a mode that lies outside of the stated search: a growth rate by more than its width, for
+/// a strongly damped mode may be followed from within.
+fn outside(mode: &ObservedMode, rig: &Rig) -> Option<StudyProblem> {
+    let beyond = |k: usize, v: &f64| {
+        let [low, high] = rig.search[k];
+        let allowed = if k == 0 { high - low } else { 0.0 };
+        rig.search_is_stated[k] && !(low - allowed..=high + allowed).contains(v)
+    };
+    if let Some(f) = mode.angular_frequency.map(hertz).filter(|f| beyond(1, f)) {
+        return Some(StudyProblem::Value {
+            key: "frequency".to_owned(),
+            value: format!("{f:.2} Hz"),
+            need: "within frequency_hz of [search] in the rig's file; correct the \
+             number or its unit, or widen the search",
+        });
+    }
+    let growth = mode.growth_rate.filter(|g| beyond(0, g))?;
+    Some(StudyProblem::Value {
+        key: "growth_rate".to_owned(),
+        value: format!("{growth:.2} 1/s"),
+        need: "within or near growth_rate of [search] in the rig's file; correct the \
+         number, its sign or its unit, or widen the search",
+    })
 }
 
 fn column(text: &str, rig: &Rig) -> Result<Column, StudyProblem> {

@@ -31,6 +31,7 @@ mod meant;
 mod missing;
 mod next;
 mod predicted;
+mod recognised;
 mod record;
 mod rows;
 mod search;
@@ -61,6 +62,7 @@ pub use next::{
     next,
 };
 pub use predicted::{Averaged, Forecast};
+pub use recognised::recognised;
 pub use record::{
     CarriedOn, CarriedStage, EvidenceRecord, MeasuredRecord, ModelRecord, StageRecord, TrainedParameter,
 };

@@ -6,7 +6,7 @@ use crate::density::{Gaussian, TrustRegion};
 use crate::error::InferenceError;
 use crate::evidence::{Conflict, Evidence, Laplace};
 use crate::fit::{Fit, Posterior};
-use crate::maxima::{Breadth, Maximum, Sorted, Terrain, explore, further_maxima, sorted};
+use crate::maxima::{Breadth, Maximum, Scan, Sorted, Terrain, explore, further_maxima, sorted};
 use crate::problem::{Data, Forward, Parameters};
 use crate::sample::{LikelihoodTarget, SamplerKind, Target, Verdict, weighed};
 use rijke_numerics::Streams;
@@ -18,6 +18,9 @@ pub struct AssessOptions {
     pub search: TrustRegion,
     /// Physical parameters to start from, beside the centre of the prior.
     pub starts: Vec<Vec<f64>>,
+    /// Delays, of which a search knows one period alone: each is moved over eight standard deviations of
+    /// its prior (several over four), with the others fitted, and the best of these points are starts, too.
+    pub scans: Vec<Scan>,
     /// Searches from the best of a sample of the prior, in one batch; there are further batches as long as
     /// one finds a new maximum. Zero: from given starts and known aliases alone.
     pub random_starts: usize,
@@ -59,6 +62,7 @@ impl Default for AssessOptions {
         Self {
             search: TrustRegion::default(),
             starts: Vec::new(),
+            scans: Vec::new(),
             random_starts: 4,
             screened: 32,
             most_starts: 32,
@@ -103,7 +107,12 @@ impl Posterior<'_> {
     /// A model that was fitted but cannot be trusted is an [`Assessment`] with warnings.
     pub fn assess(&self, options: &AssessOptions) -> Result<Assessment, InferenceError> {
         let terrain = Terrain { posterior: self, search: options.search, streams: options.streams };
-        let found = explore(&terrain, &options.starts, options.breadth())?;
+        let (scanned, calls) = self.scanned(&options.scans, options.streams);
+        let mut breadth = options.breadth();
+        breadth.most_starts += scanned.len();
+        let starts: Vec<Vec<f64>> = options.starts.iter().cloned().chain(scanned).collect();
+        let mut found = explore(&terrain, &starts, breadth)?;
+        found.calls = found.calls.plus(calls);
         let mut health = Health::of_search(&found);
         let Sorted { maxima, proposal, modes, evidence } = sorted(self.parameters(), found);
         (health.other_modes, health.share) = (modes, maxima[0].share);

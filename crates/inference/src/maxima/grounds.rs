@@ -85,7 +85,7 @@ impl Ground for Terrain<'_> {
 /// A Latin hypercube: `count` points in the unit cube, one in each of `count` slices of every coordinate
 /// (McKay, Beckman & Conover 1979, Technometrics 21, 239). However many coordinates there are, one alone is
 /// spread evenly.
-fn latin(count: usize, size: usize, streams: Streams) -> Vec<Vec<f64>> {
+pub(super) fn latin(count: usize, size: usize, streams: Streams) -> Vec<Vec<f64>> {
     let mut points = vec![vec![0.0; size]; count];
     for i in 0..size {
         let mut stream = streams.stream(&format!("inference/spread/{i}"));

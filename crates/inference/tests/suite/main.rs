@@ -8,6 +8,7 @@
 )]
 
 mod convergence;
+mod delays;
 mod evidence;
 mod health;
 mod invariance;

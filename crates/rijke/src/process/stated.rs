@@ -12,7 +12,7 @@ pub(super) fn band(
 ) -> ((f64, f64), Option<String>) {
     let usual = ProcessOptions::default().ping.band_hz;
     let recorded = study.and_then(|s| s.rig.ping_band_hz);
-    let searched = study.filter(|s| s.rig.search_is_stated).map(|s| s.rig.search[1]);
+    let searched = study.filter(|s| s.rig.search_is_stated[1]).map(|s| s.rig.search[1]);
     let (band, why) = match (option, set.acquisition.band_hz, recorded, searched) {
         (Some(&[low, high]), _, _, _) => return ((low, high), None),
         (_, Some([low, high]), _, _) => ((low, high), "as `band_hz` of the manifest says"),

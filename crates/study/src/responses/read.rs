@@ -91,7 +91,7 @@ impl Study {
                 };
                 doubt(doubts::without_repeats(&mut rows));
                 doubt(doubts::phase(&rows));
-                doubt(doubts::far(&rows, self.rig.search[1]).filter(|_| self.rig.search_is_stated));
+                doubt(doubts::far(&rows, self.rig.search[1]).filter(|_| self.rig.search_is_stated[1]));
                 let reflects = |z: &C64| (z - 1.0) / (z + 1.0);
                 if entry.kind == KindOf::Impedance {
                     // dR/dz = 2/(z + 1)^2.

@@ -249,7 +249,7 @@ pub(super) fn rig(file: File, campaign: &Campaign, source: &Source) -> Outcome<R
         arrival_setting_sd_s: file.recording.setting_sd()?,
         ping_band_hz: file.recording.band()?,
         mains_hz: file.recording.mains()?,
-        search_is_stated: search.frequency_hz.is_some(),
+        search_is_stated: [search.growth_rate.is_some(), search.frequency_hz.is_some()],
         search: [search.growth_rate.unwrap_or([-500.0, 500.0]), hertz],
     })
 }

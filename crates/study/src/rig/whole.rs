@@ -42,8 +42,8 @@ pub struct Rig {
     pub brought: Vec<usize>,
     /// Growth rates (1/s) and frequencies (Hz) between which modes are sought.
     pub search: [[f64; 2]; 2],
-    /// Whether the file states these frequencies: then a measured mode lies between them.
-    pub search_is_stated: bool,
+    /// Whether the file states these: then a measured mode lies between them.
+    pub search_is_stated: [bool; 2],
     /// Decay times of a ring-down that the fit of a ping uses, if stated.
     pub ping_decay_times: Option<f64>,
     /// Standard deviation of a shift of all arrival times alike between two settings of the rig, s.
