@@ -70,8 +70,8 @@ pub(crate) struct OfSeveral {
     pub(crate) whole: Vec<Vec<f64>>,
 }
 
-/// Most maxima of a delay beside the best that are named.
-const NAMED: usize = 2;
+/// Most maxima of a delay beside the best that are named, and how many nats lower they lie at most.
+const NAMED: (usize, f64) = (2, 50.0);
 /// Odds below which another maximum is improbable.
 const IMPROBABLE: f64 = 0.01;
 
@@ -287,8 +287,8 @@ impl Fitting<'_> {
                 elsewhere.extend(others.map(|m| (odds(m.share), m.fit.parameters[..own].to_vec())));
                 let mut health = found.health;
                 if !checks.scans.is_empty() {
-                    let others = health.other_modes.iter().take(NAMED).map(ToString::to_string);
-                    health.warnings.extend(others);
+                    let near = health.other_modes.iter().filter(|other| other.below < NAMED.1);
+                    health.warnings.extend(near.take(NAMED.0).map(ToString::to_string));
                 }
                 (found.fit, found.laplace.ok(), found.evidence.ok(), health.warnings, health.sampler)
             }

@@ -8,12 +8,8 @@ mod plot;
 mod stated;
 mod switched;
 
-use crate::{
-    failure::{Classify, Failure},
-    lab::Laboratory,
-    number,
-    ui::Ui,
-};
+use crate::failure::{Classify, Failure};
+use crate::{lab::Laboratory, number, ui::Ui};
 pub(crate) use excited::{Checked, checked};
 use rijke_flow::{HeatedTube, Ramp};
 use rijke_numerics::StagedFolder;

@@ -141,8 +141,8 @@ pub(crate) fn parse(
     Ok(modes)
 }
 
-/// What is wrong with a mode that lies outside of the stated search: a growth rate by more than its width, for
-/// a strongly damped mode may be followed from within.
+/// What is wrong with a mode that lies outside of the stated search: a growth rate by more than its width,
+/// for a strongly damped mode may be followed from within.
 fn outside(mode: &ObservedMode, rig: &Rig) -> Option<StudyProblem> {
     let beyond = |k: usize, v: &f64| {
         let [low, high] = rig.search[k];

@@ -17,7 +17,8 @@ pub struct Scan {
     pub step: f64,
 }
 
-/// How far a scan of one parameter goes, prior standard deviations: as far as images of a maximum are looked at.
+/// How far a scan of one parameter goes, prior standard deviations: as far as images of a maximum are
+/// looked at.
 const REACH: f64 = 8.0;
 /// How far a scan of several goes: twice as far it would be four times as coarse.
 const REACH_OF_SEVERAL: f64 = 4.0;

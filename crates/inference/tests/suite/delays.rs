@@ -1,7 +1,7 @@
 //! Delays, of which the posterior has a maximum in every period: scanned over the prior.
 //!
-//! Modes of angular frequency w are moved by weights c(w) of laws n exp(-i w tau), with a lag 1/(1 + i w T) or
-//! without.
+//! Modes of angular frequency w are moved by weights c(w) of laws n exp(-i w tau), with a lag 1/(1 + i w T)
+//! or without.
 
 use crate::problems::normal;
 use approx::assert_abs_diff_eq;
@@ -156,7 +156,8 @@ fn exact_with_a_noise_that_floats_the_evidence_differs_by_the_priors_density_alo
         let model = Modes { hz: hz.to_vec(), terms: 1, lag: false };
         let noise = || NoiseGroup::inferred("noise", "1/s", 1.0, 2.0);
         let data = data(&model, &[0.35, 3.1e-3], noise());
-        // Beyond five standard deviations the prior outweighs three modes, and another maximum is more probable.
+        // Beyond five standard deviations the prior outweighs three modes, and another maximum is more
+        // probable.
         let weak = |[mean, sd]: &[f64; 2]| hz.len() > 3 || mean - 3.1e-3 < 5.0 * sd;
         let found: Vec<[f64; 2]> = PRIORS
             .into_iter()

@@ -53,7 +53,9 @@ pub enum ElementProblem {
         value: f64,
     },
     /// A hole wider than its tube.
-    #[error("the hole is {diameter} m wide, but the tube only {tube} m: make it narrower, or leave it out")]
+    #[error(
+        "the hole is {diameter:.5} m wide, but the tube only {tube:.5} m: make it narrower, or leave it out"
+    )]
     HoleTooWide {
         /// Diameter of the hole, m.
         diameter: f64,

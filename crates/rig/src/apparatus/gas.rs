@@ -57,9 +57,9 @@ impl Gas {
         }
     }
 
-    /// The gas of constant heat capacity and Prandtl number that has this state, and whose viscosity rises there
-    /// as the power 0.7 of temperature: Sutherland's law with a constant of a quarter of the temperature. From
-    /// 250 to 350 K the two laws differ by 0.3 %.
+    /// The gas of constant heat capacity and Prandtl number that has this state, and whose viscosity rises
+    /// there as the power 0.7 of temperature: Sutherland's law with a constant of a quarter of the
+    /// temperature. From 250 to 350 K the two laws differ by 0.3 %.
     #[must_use]
     pub fn of_state(state: &GasState) -> Self {
         let molar_mass = UNIVERSAL * state.temperature * state.density / state.pressure;

@@ -5,8 +5,8 @@ use crate::failure::{Classify, Failure};
 use rijke_engine::run::modes_at;
 use rijke_engine::{ModeDetails, SavedModel, Spectrum};
 use rijke_network::file::{
-    Account, Built, FileError, OscilosTexts, Scatter, by_the_rule_of_oscilos, doubts_of_oscilos, read,
-    read_oscilos, samples_of_each, scatter,
+    Account, Built, ElementProblem, FileError, OscilosTexts, Scatter, by_the_rule_of_oscilos,
+    doubts_of_oscilos, read, read_oscilos, samples_of_each, scatter,
 };
 use rijke_network::flow_chain::FlowChain;
 use rijke_network::{Mode, Modes, NetworkError, Region, SmallChange, Station};
@@ -89,7 +89,10 @@ impl Case {
         })?;
         let mut built = match read(&text) {
             Ok(built) => built,
-            Err(error @ FileError::Syntax { .. }) => {
+            Err(
+                error @ (FileError::Syntax { .. }
+                | FileError::Element { problem: ElementProblem::Keys { .. }, .. }),
+            ) => {
                 return Self::rig(path, &text, limits, &error.to_string());
             }
             // What both kinds of file have is refused in both.

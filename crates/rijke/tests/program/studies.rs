@@ -48,7 +48,7 @@ fn behaviour_a_study_becomes_a_page_that_says_virtual() {
     // The same on the page, and beside it as a table; here beyond the powers that were measured.
     let mapped = fs::read_to_string(folder.join("rig/results/tables/stability.csv")).unwrap();
     assert!(
-        mapped.starts_with("name,series,mode,x_g [m],Q [W],growth_rate [1/s],growth_rate_sd [1/s],"),
+        mapped.starts_with("name,series,mode,x_g [mm],Q [W],growth_rate [1/s],growth_rate_sd [1/s],"),
         "{mapped}"
     );
     assert_eq!(mapped.lines().count(), 1 + 2 * 15 * 15);

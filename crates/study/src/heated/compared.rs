@@ -13,8 +13,8 @@ pub struct HeatedFit {
     /// Heat transfer one diameter behind the part over that far behind, likewise; none where it is one
     /// constant by `cooling_varies = 0`.
     pub near: Option<[f64; 2]>,
-    /// The largest of the numbers by which the heat transfer differs from one constant, in standard deviations
-    /// of its prior.
+    /// The largest of the numbers by which the heat transfer differs from one constant, in standard
+    /// deviations of its prior.
     varies: f64,
     /// Error of the rise of the gas at every point by itself, relative, as a standard deviation: what
     /// readings scatter by beyond their own errors. The root mean square of what it may be, which counts in

@@ -30,10 +30,10 @@ pub(super) const VALUES: usize = 6;
 /// h(x) = h (1 + v z_1 e^(-x/2D) + v z_2 e^(-x/10D)) exp(v (z_3 f + z_4 r)),
 ///
 /// x from the part on. f and r are the flow and the rise of this point, each as the logarithm to base 2 of
-/// its ratio to the geometric mean of the points with readings. Behind a grid heat transfer is larger, for two
-/// to three diameters in a turbulent stream (Incropera & DeWitt, Fundamentals of Heat and Mass Transfer,
-/// section 8.5) and for tens in a laminar one, like x^(-1/3) (Leveque); with flow it grows by a power of 0 to
-/// 0.8, with the rise where buoyancy and radiation take part.
+/// its ratio to the geometric mean of the points with readings. Behind a grid heat transfer is larger, for
+/// two to three diameters in a turbulent stream (Incropera & DeWitt, Fundamentals of Heat and Mass
+/// Transfer, section 8.5) and for tens in a laminar one, like x^(-1/3) (Leveque); with flow it grows by a
+/// power of 0 to 0.8, with the rise where buoyancy and radiation take part.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Varies {
     /// v.

@@ -170,8 +170,8 @@ fn cooling() -> [f64; 2] {
     [5.0, 3.0]
 }
 
-/// A laminar stream that was heated afresh loses 1.5 times as much heat 5 diameters on as 20 diameters on; for
-/// twice the flow, powers of 0 to 0.8 make factors of 1 to 1.7.
+/// A laminar stream that was heated afresh loses 1.5 times as much heat 5 diameters on as 20 diameters on;
+/// for twice the flow, powers of 0 to 0.8 make factors of 1 to 1.7.
 fn cooling_varies() -> f64 {
     0.4
 }
