@@ -66,6 +66,9 @@ impl Study {
             let mut study = self.study.clone();
             if let Some((k, _)) = until.and_then(|id| study.plan.stage(id)) {
                 study.plan.stages.truncate(k + 1);
+                let plan = study.plan.clone();
+                study.plan.questions.retain(|question| plan.stage(&question.stage).is_some());
+                study.plan.maps.retain(|map| plan.stage(&map.stage).is_some());
             }
             Ok(rijke_engine::run::Run::new(study, &observations, trusted)?)
         })?;
