@@ -10,8 +10,6 @@ use crate::{Campaign, Rig};
 use rand_distr::{Distribution, StandardNormal, StudentT};
 use rijke_numerics::{Cholesky, Matrix, Stream, Streams};
 
-mod varying;
-
 const PRIOR: [[f64; 2]; 2] = [[0.9, 0.15], [5.0, 3.0]];
 
 /// Priors of all values: those of how the heat transfer differs from one constant are unit normal.
@@ -140,10 +138,7 @@ fn oracle_moments_by_sums_over_a_grid() {
 
 /// ln of the density of readings times the priors, tau by its logarithm.
 fn density(all: &Drawn, values: [f64; 2], tau: f64, offset_sd: f64) -> f64 {
-    density_of(all, constant(values), tau, offset_sd)
-}
-
-fn density_of(all: &Drawn, values: [f64; VALUES], tau: f64, offset_sd: f64) -> f64 {
+    let values = constant(values);
     let of = |r: &GasReading| all.points[r.point].as_ref().unwrap();
     let rise = |r: &GasReading| of(r).temperature(r.at, values).0 - of(r).ambient[0];
     let covariance = Matrix::from_fn(all.readings.len(), all.readings.len(), |i, j| {
