@@ -32,8 +32,9 @@ pub(crate) trait Ground: Sync {
     /// which it could not go for its noise.
     fn images(&self, fit: &Self::Fit) -> Vec<Vec<f64>>;
 
-    /// Starts spread over the prior, from `count` points of a unit cube; none if the prior is improper.
-    fn spread(&self, count: usize) -> Vec<Vec<f64>>;
+    /// Starts spread over the prior with its standard deviations taken `width` times, from `count` points of a
+    /// unit cube; none if the prior is improper, or if it has none that could be wider.
+    fn spread(&self, count: usize, width: f64) -> Vec<Vec<f64>>;
 }
 
 /// The end of a search with what Laplace's method says there.
@@ -86,9 +87,13 @@ const MANY: usize = 3;
 /// ... there must have been as many searches for each of them.
 const PER_PLACE: usize = 3;
 
-/// Finds the maxima of `ground`: from its centre and the `given` starts, from the images of the best one, and
+/// A prior may be wrong by some standard deviations, and another maximum lie there: one batch starts from a
+/// sample of the prior taken so many times wider, where the likelihood is largest.
+const WIDER: f64 = 4.0;
+
+/// Finds the maxima of `ground`: from its centre and the `given` starts, from the images of the best one,
 /// from the best of `breadth.screened` points of the prior in batches of `breadth.random_starts`, for as long
-/// as a batch finds a new one.
+/// as a batch finds a new one, and half a batch from far outside of the prior.
 ///
 /// # Errors
 /// Those that are not recoverable, and that of the first start if no start leads anywhere.
@@ -106,7 +111,7 @@ pub(crate) fn explore<G: Ground>(
     let mut imaged: Vec<Vec<f64>> = Vec::new();
     let batch = breadth.random_starts.max(1);
     let mut draws: Option<Vec<Approach>> = None;
-    let mut last_heavy = false;
+    let (mut last_heavy, mut beyond) = (false, false);
     let mut left = breadth.most_starts.saturating_sub(search.found.starts);
     loop {
         let best = search.best();
@@ -126,7 +131,7 @@ pub(crate) fn explore<G: Ground>(
         }
         let waiting = match &mut draws {
             Some(waiting) => waiting,
-            None => draws.insert(search.sampled(breadth.screened)),
+            None => draws.insert(search.sampled(&ground.spread(breadth.screened, 1.0), |a| a.cost)),
         };
         if waiting.is_empty() {
             break;
@@ -141,7 +146,17 @@ pub(crate) fn explore<G: Ground>(
         let new = search.batch(next);
         last_heavy = search.found.peaks.len() > before;
         let places = search.found.peaks.len() + search.found.unpursued.len();
-        if !(new || (places >= MANY && search.found.starts < PER_PLACE * places)) {
+        if new || (places >= MANY && search.found.starts < PER_PLACE * places) {
+            continue;
+        }
+        if beyond || left == 0 {
+            break;
+        }
+        beyond = true;
+        let mut far = search.sampled(&ground.spread(breadth.screened, WIDER), misfit);
+        far.truncate(batch.div_ceil(2).min(left));
+        left -= far.len();
+        if !search.batch(far) {
             break;
         }
     }
@@ -194,17 +209,16 @@ impl<'a, G: Ground> Search<'a, G> {
         good
     }
 
-    /// A sample of the prior in the order in which it is worth a descent: points that no better one is close
-    /// to, then the others, each by J (the rule of single linkage: Rinnooy Kan & Timmer 1987, Math. Program.
-    /// 39, 57).
-    fn sampled(&mut self, count: usize) -> Vec<Approach> {
-        let starts = self.ground.spread(count);
+    /// A sample in the order in which it is worth a descent: points that no better one is close to, then the
+    /// others, each by its `price` (the rule of single linkage: Rinnooy Kan & Timmer 1987, Math. Program. 39,
+    /// 57).
+    fn sampled(&mut self, starts: &[Vec<f64>], price: fn(&Approach) -> f64) -> Vec<Approach> {
         let all: Vec<_> = starts.par_iter().map(|s| self.ground.screen(Some(s))).collect();
         // A draw at which the model fails is no failed search.
         self.found.calls.value += all.iter().filter(|a| a.is_err()).count();
-        let mut good: Vec<(Vec<f64>, Approach)> =
-            starts.into_iter().zip(all).filter_map(|(s, a)| Some((s, a.ok()?))).collect();
-        good.sort_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
+        let mut good: Vec<(&Vec<f64>, Approach)> =
+            starts.iter().zip(all).filter_map(|(s, a)| Some((s, a.ok()?))).collect();
+        good.sort_by(|a, b| price(&a.1).total_cmp(&price(&b.1)));
         let best = self.best();
         let metric = best.gaussian.clone();
         let ranks = ranks(&good.iter().map(|g| g.0.as_slice()).collect::<Vec<_>>());
@@ -307,6 +321,11 @@ impl<'a, G: Ground> Search<'a, G> {
         found.unpursued.sort_by(|a, b| a.cost.total_cmp(&b.cost));
         found
     }
+}
+
+/// What a point costs without its prior, where that is known apart.
+fn misfit(at: &Approach) -> f64 {
+    if at.ln_likelihood.is_finite() { -at.ln_likelihood } else { at.cost }
 }
 
 /// Converged ends first, then those with more evidence, then by J.

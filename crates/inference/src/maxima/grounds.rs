@@ -68,14 +68,14 @@ impl Ground for Terrain<'_> {
         all
     }
 
-    fn spread(&self, count: usize) -> Vec<Vec<f64>> {
+    fn spread(&self, count: usize, width: f64) -> Vec<Vec<f64>> {
         let parameters = self.posterior.parameters();
         if parameters.improper().is_some() || parameters.is_empty() {
             return Vec::new();
         }
         let cube = latin(count, parameters.len(), self.streams);
         let physical = |u: Vec<f64>| {
-            let xi: Vec<f64> = u.into_iter().map(normal_quantile).collect();
+            let xi: Vec<f64> = u.into_iter().map(|u| width * normal_quantile(u)).collect();
             parameters.physical(&parameters.from_standard_normal(&xi))
         };
         cube.into_iter().map(physical).collect()
@@ -168,14 +168,16 @@ impl Ground for Plain<'_> {
         self.objective.aliases(&fit.z)
     }
 
-    fn spread(&self, count: usize) -> Vec<Vec<f64>> {
+    fn spread(&self, count: usize, width: f64) -> Vec<Vec<f64>> {
         let scales = self.objective.scales();
-        let point = |u: Vec<f64>| {
-            self.objective.region(&u).unwrap_or_else(|| {
-                (0..u.len()).map(|i| self.start[i] + scales[i] * normal_quantile(u[i])).collect()
-            })
+        let point = |u: Vec<f64>| match self.objective.region(&u) {
+            // Nothing lies outside of a region.
+            Some(inside) => (width <= 1.0).then_some(inside),
+            None => Some(
+                (0..u.len()).map(|i| self.start[i] + width * scales[i] * normal_quantile(u[i])).collect(),
+            ),
         };
-        latin(count, self.objective.size(), self.streams).into_iter().map(point).collect()
+        latin(count, self.objective.size(), self.streams).into_iter().filter_map(point).collect()
     }
 }
 
