@@ -15,24 +15,34 @@ impl MadeOf {
     /// Name of the file that says so, in the folder that was made.
     pub const FILE: &str = "made_of.json";
 
-    /// All files of a folder of records but observations in it.
+    /// All files of a folder of records but observations in it, texts and pictures about them.
     ///
     /// # Errors
     /// The system's.
     pub fn records(folder: &Path) -> io::Result<Self> {
-        Self::of(folder, &|path| !path.starts_with("observations/"))
+        Self::of(folder, &|path| !path.starts_with("observations/") && !is_one_of(path, &ABOUT))
     }
 
-    /// What a ranking reads of the study in `dir`: every table and TOML file, but no records and no results.
+    /// What a ranking reads of the study in `dir`: its files, and the tables that these name. Neither records nor
+    /// results, nor what lies beside.
     ///
     /// # Errors
     /// The system's.
     pub fn study(dir: &Path) -> io::Result<Self> {
-        Self::of(dir, &|path| {
+        let read = |path: &str| {
             let outside = ["records/", "results/"].iter().all(|made| !path.starts_with(made));
-            let read = ["toml", "csv", "json"].iter().any(|ending| path.ends_with(&format!(".{ending}")));
-            outside && read && !path.ends_with(Self::FILE)
-        })
+            outside && is_one_of(path, &["toml", "csv", "json"]) && !path.ends_with(Self::FILE)
+        };
+        let Self(mut all) = Self::of(dir, &read)?;
+        let known = |path: &str| FILES.contains(&path) || FOLDERS.iter().any(|f| path.starts_with(f));
+        let texts: Vec<String> = all
+            .keys()
+            .filter(|path| known(path) && is_one_of(path, &["toml"]))
+            .filter_map(|path| rijke_numerics::read_text(&dir.join(path)).ok())
+            .collect();
+        let named = |path: &str| texts.iter().any(|t| t.contains(path.rsplit('/').next().unwrap_or(path)));
+        all.retain(|path, _| known(path) || named(path));
+        Ok(Self(all))
     }
 
     fn of(folder: &Path, wanted: &dyn Fn(&str) -> bool) -> io::Result<Self> {
@@ -61,6 +71,18 @@ impl MadeOf {
         let names: BTreeSet<&String> = before.keys().chain(now.keys()).collect();
         names.into_iter().filter(|name| before.get(*name) != now.get(*name)).cloned().collect()
     }
+}
+
+/// What a study is made of, wherever it comes from.
+const FILES: [&str; 6] =
+    ["study.toml", "rig.toml", "campaign.toml", "campaign.csv", "readings.csv", "paper.toml"];
+const FOLDERS: [&str; 3] = ["candidates/", "observations/", "base/"];
+
+/// Endings of what lies beside records and is none.
+const ABOUT: [&str; 8] = ["md", "pdf", "html", "png", "jpg", "jpeg", "svg", "log"];
+
+fn is_one_of(path: &str, endings: &[&str]) -> bool {
+    Path::new(path).extension().is_some_and(|e| endings.iter().any(|ending| e.eq_ignore_ascii_case(ending)))
 }
 
 /// The records that changed since DIR/observations was made of DIR/records.
@@ -133,12 +155,18 @@ mod tests {
         write("observations/modes.csv", "3");
         MadeOf::study(&dir).unwrap().write(&dir.join("results")).unwrap();
         write("notes.md", "not read");
+        write("budget.csv", "not read");
+        write("records/README.md", "no record");
+        assert_eq!(changed_records(&dir), ["a/0.wav", "a/1.wav", "b.wav"]);
         write("results/page.csv", "made");
         write("records/a/1.wav", "5");
         assert!(changed_study(&dir).is_empty());
         write("candidates/wall.toml", "20");
         write("observations/modes.csv", "30");
         assert_eq!(changed_study(&dir), ["candidates/wall.toml", "observations/modes.csv"]);
+        write("rig.toml", "table = \"budget.csv\"");
+        let changed = ["budget.csv", "candidates/wall.toml", "observations/modes.csv", "rig.toml"];
+        assert_eq!(changed_study(&dir), changed);
         fs::remove_dir_all(&dir).unwrap();
     }
 }
