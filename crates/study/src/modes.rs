@@ -322,6 +322,9 @@ fn row(
     Ok(mode)
 }
 
+/// No argument of a pressure is larger, rad, but for rounding.
+const TURN: f64 = std::f64::consts::TAU * 1.001;
+
 fn assemble(
     point: usize,
     label: String,
@@ -343,6 +346,11 @@ fn assemble(
         let p = match (part(0), part(1), part(2), part(3)) {
             (Some(re), Some(im), None, None) => C64::new(re, im),
             (None, None, Some(modulus), Some(argument)) => {
+                if argument.abs() > TURN {
+                    let key = format!("{} of {id}", named.get(&Number::Pressure(m, 3)).map_or("", |n| n));
+                    let need = "within a turn, from -2 pi to 2 pi rad: write [deg] in the heading if it is in degrees";
+                    return Err(StudyProblem::Value { key, value: format!("{argument:.4} rad"), need });
+                }
                 polar = true;
                 C64::from_polar(modulus, argument)
             }

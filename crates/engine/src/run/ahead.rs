@@ -115,7 +115,8 @@ impl Run {
                     let odds = (m.ln_evidence() - best).exp();
                     if let Some(chosen) = trained.clone().filter(|_| odds >= (-stage.decides).exp()) {
                         let (on, stage, choice) = (id.to_owned(), stage.id.clone(), row.choice.clone());
-                        found.open.push(Beside { on, stage, odds, choice, chosen });
+                        let parameters = m.parameters.clone();
+                        found.open.push(Beside { on, stage, odds, choice, parameters, chosen });
                     }
                 }
             }

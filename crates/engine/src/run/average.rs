@@ -4,7 +4,8 @@
 use super::course::{Beside, Chosen, Run};
 use super::maxima::APART;
 use super::predicted::mixed;
-use super::record::{CarriedOn, CarriedStage, ModelRecord};
+use super::record::ModelRecord;
+use crate::rows::Row;
 use crate::{EngineError, SavedModel};
 use rijke_study::plan::Stage;
 use serde::{Deserialize, Serialize};
@@ -48,19 +49,24 @@ pub fn at_other_maxima(model: &SavedModel, open: &[OpenModel]) -> Option<String>
 }
 
 impl Run {
-    /// Sets, in the model that goes on from `stage`, the value and the deviation of every parameter averaged
-    /// over the models that earlier stages leave open, each as probable as the evidence of all stages makes
-    /// it (Hoeting et al. 1999, eqs. 1 to 3).
-    pub(super) fn average(&self, stage: &Stage, model: &mut ModelRecord) {
-        let open = || self.done.iter().flat_map(|done| &done.open).filter(|(weight, _)| *weight > 0.0);
+    /// Sets, in the `model` of `row` that goes on from `stage`, the value and the deviation of every parameter
+    /// averaged over the models of the same candidates here that stand on what earlier stages leave open, each
+    /// as probable as the evidence of all stages makes it (Hoeting et al. 1999, eqs. 1 to 3). `best` is the
+    /// largest ln evidence of the stage.
+    pub(super) fn average(&self, stage: &Stage, row: &Row, model: &mut ModelRecord, best: f64) {
+        let same = |b: &&Beside| {
+            let alike = |role: &String| b.choice.get(role) == row.choice.get(role);
+            b.stage == stage.id && row.own.iter().all(|c| alike(&c.role))
+        };
+        let others: Vec<&Beside> = self.done.iter().flat_map(|done| &done.beside).filter(same).collect();
+        let own = (model.ln_evidence() - best).exp();
         for p in &mut model.parameters {
-            let of = |(weight, carried): &(f64, CarriedOn)| {
-                let there = |l: &&CarriedStage| l.stage == stage.id && l.model == model.id;
-                let found = carried.later.iter().find(there)?.parameters.iter().find(|q| q.name == p.name)?;
-                Some([*weight, found.value, found.sd])
+            let of = |b: &&Beside| {
+                let found = b.parameters.iter().find(|q| q.name == p.name)?;
+                Some([b.odds, found.value, found.sd])
             };
             let all: Vec<[f64; 3]> =
-                [[1.0, p.value, p.sd]].into_iter().chain(open().filter_map(of)).collect();
+                [[own, p.value, p.sd]].into_iter().chain(others.iter().filter_map(of)).collect();
             if all.len() > 1 {
                 p.averaged = Some(mixed(all.into_iter()));
             }

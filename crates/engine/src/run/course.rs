@@ -99,6 +99,7 @@ pub(super) struct Beside {
     /// Against the best model of the stage that stands on what went on.
     pub(super) odds: f64,
     pub(super) choice: Choice,
+    pub(super) parameters: Vec<TrainedParameter>,
     pub(super) chosen: Chosen,
 }
 

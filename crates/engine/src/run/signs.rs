@@ -1,10 +1,12 @@
-//! Whether growth rates have the wrong sign: by training again with the other one.
+//! Whether growth rates have the wrong sign, or pressures the other convention of time: by training again with
+//! the data turned.
 
 use super::course::{Chosen, Run, StandsOn, Trusted};
 use crate::noise::measured_sd;
+use crate::observed::Used;
 use crate::rows::Row;
 use crate::{EngineError, Observed};
-use rijke_numerics::C64;
+use rijke_numerics::{C64, Matrix};
 use rijke_study::plan::Stage;
 use std::sync::Arc;
 
@@ -15,8 +17,9 @@ const LARGE: f64 = 3.0;
 const LEADS: f64 = 10.0;
 
 impl Run {
-    /// Where all growth rates are positive and a model misses them by far: what it gains if they are decay
-    /// rates, in a sentence. Nothing if that gains less than [`LEADS`].
+    /// What a model gains with the data turned, each in a sentence: where all growth rates are positive and it
+    /// misses them by far, if they are decay rates; where its imaginary parts of the pressures are nearer to
+    /// those with the other sign, if they are complex conjugates. Nothing of what gains less than [`LEADS`].
     ///
     /// # Errors
     /// [`EngineError::Stopped`].
@@ -25,33 +28,82 @@ impl Run {
         stage: &Stage,
         row: &Row,
         found: &Chosen,
-    ) -> Result<Option<String>, EngineError> {
+    ) -> Result<Vec<String>, EngineError> {
         let rates: Vec<f64> = found.observed.iter().filter_map(|o| o.mode.growth_rate).collect();
         let grow = rates.len() > 1 && rates.iter().all(|g| *g > 0.0);
-        if !(grow && found.misfit[0] > LARGE * measured_sd(&found.observed, 0)) {
-            return Ok(None);
-        }
-        self.go_on()?;
-        let turned = |o: &Observed| {
-            let mut o = o.clone();
-            o.mode.growth_rate = o.mode.growth_rate.map(|g| -g);
-            o.near = C64::new(-o.near.re, o.near.im);
-            for (k, other) in (1..o.mode.covariance.rows()).map(|k| (0, k)) {
-                for place in [(k, other), (other, k)] {
-                    o.mode.covariance[place] = -o.mode.covariance[place];
-                }
-            }
-            o
-        };
-        let points = Arc::new(found.observed.iter().map(turned).collect());
-        let stands_on = StandsOn::one(found.known.clone(), points);
-        let Ok(other) = self.train_row(stage, row, stands_on, Trusted::Laplace) else { return Ok(None) };
-        let gain = other.trained.evidence.ln_marginal - found.trained.evidence.ln_marginal;
-        Ok((gain > LEADS).then(|| {
-            format!(
+        let mut said = Vec::new();
+        if grow
+            && found.misfit[0] > LARGE * measured_sd(&found.observed, 0)
+            && let Some(gain) = self.gain(stage, row, found, &|o| {
+                o.mode.growth_rate = o.mode.growth_rate.map(|g| -g);
+                o.near = C64::new(-o.near.re, o.near.im);
+                turn(&mut o.mode.covariance, |k| k == 0);
+            })?
+        {
+            said.push(format!(
                 "with the signs of all growth rates turned this model gains {gain:.1} nats: the growth rate of a mode that decays is negative; if the \
                  column holds decay rates, turn their signs"
-            )
-        }))
+            ));
+        }
+        if self.nearer_conjugated(stage, found)
+            && let Some(gain) = self.gain(stage, row, found, &|o| {
+                o.mode.pressures.iter_mut().for_each(|(_, p)| *p = p.conj());
+                let n = o.mode.covariance.rows();
+                let first = n - 2 * o.mode.pressures.len();
+                turn(&mut o.mode.covariance, |k| k >= first && (k - first) % 2 == 1);
+            })?
+        {
+            said.push(format!(
+                "with the complex conjugates of all pressures this model gains {gain:.1} nats: pressures vary as exp(i omega t) here; if they were \
+                 measured by exp(-i omega t), turn the signs of their imaginary parts or arguments"
+            ));
+        }
+        Ok(said)
     }
+
+    /// By how much a model gains with the data that `change` makes, nats, where that leads.
+    fn gain(
+        &self,
+        stage: &Stage,
+        row: &Row,
+        found: &Chosen,
+        change: &dyn Fn(&mut Observed),
+    ) -> Result<Option<f64>, EngineError> {
+        self.go_on()?;
+        let mut points = found.observed.to_vec();
+        points.iter_mut().for_each(change);
+        let stands_on = StandsOn::one(found.known.clone(), Arc::new(points));
+        let Ok(other) = self.train_row(stage, row, stands_on, Trusted::Laplace) else { return Ok(None) };
+        let gain = other.trained.evidence.ln_marginal - found.trained.evidence.ln_marginal;
+        Ok(Some(gain).filter(|gain| *gain > LEADS))
+    }
+
+    /// True if the imaginary parts that a model predicts are nearer to the measured ones with the other sign.
+    fn nearer_conjugated(&self, stage: &Stage, found: &Chosen) -> bool {
+        let (microphones, reference) = (self.microphones(stage), self.rig.microphones.reference);
+        let used: Vec<Used> = found.observed.iter().map(|o| o.used(&microphones, reference)).collect();
+        let (mut as_they_are, mut turned) = (0.0, 0.0);
+        for ((k, row), residual) in found.rows(&used).into_iter().zip(&found.trained.linear.0.residuals) {
+            if row < 2 || row % 2 == 0 {
+                continue;
+            }
+            let imaginary = used[k].pressures[(row - 2) / 2].im;
+            as_they_are += residual * residual;
+            turned += (residual - 2.0 * imaginary).powi(2);
+        }
+        turned < as_they_are
+    }
+}
+
+/// The covariance of numbers of which some have turned their sign.
+fn turn(covariance: &mut Matrix, turned: impl Fn(usize) -> bool) {
+    let n = covariance.rows();
+    *covariance =
+        Matrix::from_fn(
+            n,
+            n,
+            |i, j| {
+                if turned(i) == turned(j) { covariance[(i, j)] } else { -covariance[(i, j)] }
+            },
+        );
 }

@@ -1,7 +1,7 @@
 //! Stages that stand on each other.
 
 use super::ahead::open_beside;
-use super::compete::{goes_on, with_later};
+use super::compete::{best_of, goes_on, with_later};
 use super::course::{Beside, Done, Run};
 use super::inputs::selected;
 use super::record::{CarriedOn, MeasuredRecord, ModelRecord, StageRecord};
@@ -65,7 +65,8 @@ impl Run {
         let [winner, next] = goes_on(&stage, &results, &carried)?;
         let (winner, chosen) = (results[winner].0.id.clone(), results[next].0.id.clone());
         let assumes = self.assumes(&stage, &chosen);
-        self.average(&stage, &mut results[next].0);
+        let best = best_of(&results);
+        self.average(&stage, &rows[next], &mut results[next].0, best);
         let models: Vec<ModelRecord> = results.iter().map(|(model, _)| model.clone()).collect();
         let own = undecided(&stage, &models, &chosen, &carried);
         let Row { choice, .. } = rows.into_iter().nth(next).unwrap_or_default();
