@@ -90,14 +90,19 @@ impl HeatedFit {
     #[must_use]
     pub fn warnings(&self) -> Vec<String> {
         let mut all = Vec::new();
-        for (what, [value, _], [mean, sd]) in [
+        for (what, [value, left], [mean, sd]) in [
             ("the share of the power that the gas gets", self.share, self.prior[0]),
             ("the heat transfer to the wall", self.cooling, self.prior[1]),
         ] {
-            if (value - mean).abs() > CONFLICT * sd {
+            // Readings of some error move a value by K (d - mean), with a standard deviation of K^(1/2) sd if the
+            // prior is right.
+            let gain = (1.0 - (left / sd).powi(2)).max(0.01);
+            let off = (value - mean).abs() / (sd * gain.sqrt());
+            if off > CONFLICT {
                 all.push(format!(
-                    "the readings ask for {what} of {value:.3}, {:.1} standard deviations of the prior from {mean}: check power, flow, their units, and places of thermometers",
-                    (value - mean).abs() / sd
+                    "the readings ask for {what} of {:.3} where {mean} +- {sd} was expected, which leaves {value:.3} +- {left:.3}: they contradict each \
+                     other by {off:.1} standard deviations; check power, flow, their units, and places of thermometers, or widen the prior",
+                    mean + (value - mean) / gain
                 ));
             }
         }
@@ -172,6 +177,9 @@ mod tests {
         assert!(said[0].contains("20 of its stated standard deviations"), "{said:?}");
         // Of a prior of 0.9 +- 0.15, and more power than there is.
         let said = warnings([1.7, 0.02], 0.4);
-        assert!(said.len() == 2 && said[0].contains("5.3 standard deviations of the prior"), "{said:?}");
+        assert!(said.len() == 2 && said[0].contains("by 5.4 standard deviations"), "{said:?}");
+        // 0.4 is only 3.4 deviations of the prior from 0.9, which has drawn it away from 0.3.
+        let said = warnings([0.39, 0.08], 0.4);
+        assert!(said.len() == 1 && said[0].contains("gets of 0.187 where 0.9 +- 0.15"), "{said:?}");
     }
 }

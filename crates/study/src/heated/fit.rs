@@ -3,8 +3,8 @@
 //! A reading at x of point p is T_amb + a + r(x) (1 + tau z) + b + b_x + e: r is the rise that share and heat
 //! transfer give (with what that differs by from one constant), a the error of the ambient temperature of
 //! the day, z a unit normal number of the point by itself, b what all thermometers read too much, b_x what
-//! the one at x does, and e the stated error of the reading. a, z, b and b_x are integrated over in closed
-//! form, share and heat transfer by Laplace's method at every tau, tau by a sum. What is handed on are the
+//! the one at x does, and e the stated error of the reading; where thermometers may miss a share g of the
+//! excess, tau z + g stands for tau z. a, z, b, b_x and g are integrated over in closed form, share and heat transfer by Laplace's method at every tau, tau by a sum. What is handed on are the
 //! moments of that mixture. Points without heat tell b and b_x.
 //!
 //! Before the readings, tau has half of a Student's t distribution with 4 degrees of freedom and scale
@@ -52,6 +52,7 @@ struct Groups<'a> {
     days: Days<'a>,
     places: Vec<f64>,
     offset_sd: f64,
+    excess_sd: f64,
 }
 
 /// Share and heat transfer given tau.
@@ -64,12 +65,12 @@ struct Given {
 }
 
 /// What `readings` say of points, given means and standard deviations before them, and the standard deviation
-/// of what all thermometers read too much and of what each does, K.
+/// of what all thermometers read too much and of what each does, K, and of what all do of the excess.
 pub(super) fn fit(
     all: &[Option<Heated>],
     readings: &[GasReading],
     prior: [[f64; 2]; VALUES],
-    offset_sd: f64,
+    [offset_sd, excess_sd]: [f64; 2],
 ) -> Result<Found, StudyProblem> {
     let mut days = Days::new();
     for r in readings {
@@ -79,7 +80,7 @@ pub(super) fn fit(
         let of_the_day = days.entry(&h.cause).or_default();
         of_the_day.entry(r.point).or_insert_with(|| (h, Vec::new())).1.push(r);
     }
-    let groups = &Groups { days, places: places(readings), offset_sd };
+    let groups = &Groups { days, places: places(readings), offset_sd, excess_sd };
     let wrong = || StudyProblem::Covariance { of: "the readings".into() };
     // tau = SCALE tan(pi u/2), u uniform: half a Cauchy distribution, weighted to that of Student.
     let mut nodes = Vec::with_capacity(NODES);
@@ -185,6 +186,8 @@ fn moments(groups: &Groups<'_>, tau: f64, values: [f64; VALUES]) -> (Gram, f64) 
         ln -= 0.5 * spread(&mut day, AMBIENT, 1.0);
         add(&mut total, |i, j| day[i][j]);
     }
+    // All thermometers of all points miss the same share of the rise.
+    ln -= 0.5 * spread(&mut total, RISE, groups.excess_sd.powi(2));
     for k in OFFSET..columns {
         ln -= 0.5 * spread(&mut total, k, groups.offset_sd.powi(2));
     }

@@ -222,9 +222,10 @@ pub fn heated_states(
     let offset_sd = plan.offset_sd.unwrap_or_else(|| typical(readings));
     let [share, cooling] = prior;
     let z = [0.0, 1.0];
-    let found = fit::fit(&all, readings, [share, cooling, z, z, z, z], offset_sd)?;
+    let found = fit::fit(&all, readings, [share, cooling, z, z, z, z], [offset_sd, plan.excess_sd])?;
     let count = if plan.cooling_varies > 0.0 { VALUES } else { 2 };
     let (values, shared) = (found.values, components(&found.covariance, count)?);
+    let read = !readings.is_empty();
     // What the readings say of eta and h stays where a factor is another within its error.
     let moved = |point: &Point, k: usize, ambient: [f64; 2]| {
         let mut moved = point.clone();
@@ -238,7 +239,16 @@ pub fn heated_states(
         let (point, heated, layout) = (&campaign.points[p], heated.as_ref()?, layouts[p].as_ref()?);
         let state = state(rig, &point.id, heated, layout.length, values, &shared, found.scatter);
         let uncertain = (0..point.factor_sds.len()).filter(|k| point.factor_sds[*k] > 0.0);
-        let moved = uncertain.filter_map(|k| moved(point, k, heated.ambient)).collect();
+        let with = |k: usize| {
+            let (k, moved) = moved(point, k, heated.ambient)?;
+            // Of errors of power and flow the readings know what they do to the temperature.
+            let by_readings = read && (k == power || k == flow);
+            Some((
+                k,
+                if by_readings { PointState { mass_flow: moved.mass_flow, ..state.clone() } } else { moved },
+            ))
+        };
+        let moved = uncertain.filter_map(with).collect();
         Some(PointState { moved, ..state })
     };
     let states = all.iter().enumerate().map(state).collect();

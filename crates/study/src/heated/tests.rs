@@ -1,5 +1,7 @@
 //! Share, heat transfer and scatter from readings that a known gas makes.
 
+mod walk;
+
 use super::fit::{Found, fit};
 use super::gas::{GasReading, Heated, VALUES, Varies};
 use super::{heated_states, measured_states};
@@ -85,7 +87,7 @@ fn oracle_readings_give_back_what_made_them() {
     for r in &mut all.readings {
         r.temperature = all.points[r.point].as_ref().unwrap().temperature(r.at, constant(truth)).0;
     }
-    let found = fit(&all.points, &all.readings, PRIORS, 0.0).unwrap();
+    let found = fit(&all.points, &all.readings, PRIORS, [0.0; 2]).unwrap();
     for i in 0..2 {
         let sd = found.covariance[(i, i)].sqrt();
         // The priors pull by less than the readings' own error.
@@ -100,10 +102,12 @@ fn oracle_readings_give_back_what_made_them() {
 /// transfer and ln tau.
 #[test]
 fn oracle_moments_by_sums_over_a_grid() {
-    for (count, scatter, offset_sd) in [(3, 0.0, 0.0), (3, 0.03, 0.4), (8, 0.01, 0.0), (8, 0.01, 0.6)] {
+    for (count, scatter, wrong) in
+        [(3, 0.0, [0.0; 2]), (3, 0.03, [0.4, 0.0]), (8, 0.01, [0.0, 0.03]), (8, 0.01, [0.6, 0.0])]
+    {
         let stream = &mut Streams::new(7).stream(&format!("heated/{count}/{scatter}"));
         let all = drawn(count, [0.85, 6.0], scatter, stream);
-        let found = fit(&all.points, &all.readings, PRIORS, offset_sd).unwrap();
+        let found = fit(&all.points, &all.readings, PRIORS, wrong).unwrap();
         let sd = [0, 1].map(|i| found.covariance[(i, i)].sqrt());
         let mut sum = [0.0; 6];
         let mut most = f64::NEG_INFINITY;
@@ -114,7 +118,7 @@ fn oracle_moments_by_sums_over_a_grid() {
                 if values[1] < 0.0 {
                     continue;
                 }
-                let ln = density(&all, values, tau, offset_sd);
+                let ln = density(&all, constant(values), tau, wrong);
                 if ln > most {
                     sum.iter_mut().for_each(|s| *s *= (most - ln).exp());
                     most = ln;
@@ -137,8 +141,7 @@ fn oracle_moments_by_sums_over_a_grid() {
 }
 
 /// ln of the density of readings times the priors, tau by its logarithm.
-fn density(all: &Drawn, values: [f64; 2], tau: f64, offset_sd: f64) -> f64 {
-    let values = constant(values);
+fn density(all: &Drawn, values: [f64; VALUES], tau: f64, [offset_sd, excess_sd]: [f64; 2]) -> f64 {
     let of = |r: &GasReading| all.points[r.point].as_ref().unwrap();
     let rise = |r: &GasReading| of(r).temperature(r.at, values).0 - of(r).ambient[0];
     let covariance = Matrix::from_fn(all.readings.len(), all.readings.len(), |i, j| {
@@ -147,7 +150,7 @@ fn density(all: &Drawn, values: [f64; 2], tau: f64, offset_sd: f64) -> f64 {
         let day = if of(a).cause == of(b).cause { 0.15 * 0.15 } else { 0.0 };
         let point = if a.point == b.point { tau * tau * rise(a) * rise(b) } else { 0.0 };
         let offset = offset_sd.powi(2) * (1.0 + f64::from(u8::from(a.at == b.at)));
-        own + day + point + offset
+        own + day + point + offset + excess_sd.powi(2) * rise(a) * rise(b)
     });
     let off: Vec<f64> =
         all.readings.iter().map(|r| r.temperature - of(r).temperature(r.at, values).0).collect();
@@ -171,7 +174,7 @@ fn behaviour_the_scatter_has_no_step() {
             ..r.clone()
         };
         let readings: Vec<GasReading> = all.readings.iter().map(moved).collect();
-        fit(&all.points, &readings, PRIORS, 0.0).unwrap().scatter
+        fit(&all.points, &readings, PRIORS, [0.0; 2]).unwrap().scatter
     };
     let by: Vec<f64> = (0..=40).map(|k| scatter(0.05 * f64::from(k))).collect();
     assert!(by[0] > 1e-3, "{by:?}");
@@ -188,7 +191,7 @@ fn coverage(count: usize, scatter: Option<f64>) -> [f64; 2] {
         let student: f64 = StudentT::new(4.0).unwrap().sample(stream);
         let truth = [0, 1].map(|i| (PRIOR[i][0] + PRIOR[i][1] * normal(stream)).max(0.1));
         let all = drawn(count, truth, scatter.unwrap_or(0.03 * student.abs()), stream);
-        let found = fit(&all.points, &all.readings, PRIORS, 0.0).unwrap();
+        let found = fit(&all.points, &all.readings, PRIORS, [0.0; 2]).unwrap();
         for (held, point) in held.iter_mut().zip([0, count]) {
             *held += f64::from(u8::from(off(&found, &all, truth, point).abs() < 1.96)) / 400.0;
         }
@@ -238,7 +241,7 @@ fn coverage_of_thermometers_that_read_too_much() {
             for r in &mut all.readings {
                 r.temperature += common + each[[0.35, 0.5, 0.7].iter().position(|at| *at == r.at).unwrap()];
             }
-            let found = fit(&all.points, &all.readings, PRIORS, 1.5).unwrap();
+            let found = fit(&all.points, &all.readings, PRIORS, [1.5, 0.0]).unwrap();
             held += f64::from(u8::from(off(&found, &all, truth, 8).abs() < 1.96)) / 300.0;
             sds += found.covariance[(0, 0)].sqrt() / 300.0;
             let [offset, sd] = found.offset;
@@ -335,6 +338,7 @@ fn exact_the_gas_follows_a_factor_that_is_not_known_exactly() {
         cooling: PRIOR[1],
         cooling_varies: 0.0,
         offset_sd: None,
+        excess_sd: 0.0,
     };
     let layouts = [Some(rig.at(&campaign.points[0], 293.0).unwrap())];
     let (states, _) = heated_states(&rig, &campaign, &plan, &[], &[Some([293.0, 0.1])], &layouts).unwrap();
@@ -351,6 +355,13 @@ fn exact_the_gas_follows_a_factor_that_is_not_known_exactly() {
         assert!((rise(hotter, x) / rise(state, x) - 1.0004).abs() < 1e-9, "{x}");
     }
     assert_eq!((rise(higher, 0.300_005), higher.errors.len()), (0.0, state.errors.len()));
+    // With a thermometer the power matters to the laws alone.
+    let reading = GasReading { point: 0, at: 0.5, temperature: 340.0, sd: 0.5 };
+    let (states, _) =
+        heated_states(&rig, &campaign, &plan, &[reading], &[Some([293.0, 0.1])], &layouts).unwrap();
+    let read = states[0].as_ref().unwrap();
+    assert_eq!(read.moved[1].1, PointState { moved: Vec::new(), ..read.clone() });
+    assert!(read.moved[0].1.places[1] != read.places[1]);
     assert!(rise(state, 0.300_005) > 40.0);
 }
 

@@ -106,6 +106,10 @@ pub struct HeatedFlow {
     /// large as the stated errors of the readings, if absent.
     #[serde(default)]
     pub offset_sd: Option<f64>,
+    /// Standard deviation of what all thermometers read too much as a share of the excess of the gas over the
+    /// ambient temperature (radiation, conduction along the stem).
+    #[serde(default)]
+    pub excess_sd: f64,
 }
 
 /// Some points train some candidates.

@@ -216,15 +216,6 @@ impl Check<'_> {
                 factor.shown.of(wanted).map_err(|source| (key, StudyProblem::Unit { key: full, source }))?;
             }
         }
-        let uncertain = |name: &&String| {
-            let place = self.campaign.factor(name);
-            place.is_some_and(|k| self.campaign.points.iter().any(|p| p.factor_sds[k] > 0.0))
-        };
-        if let Some(name) = [&heated.power, &heated.flow].into_iter().find(uncertain) {
-            let (key, value) = (format!("{name}_sd"), "a column of the campaign".to_owned());
-            let need = "left out: what errors of power and flow do to the gas is inferred from the readings, as a scatter of its rise";
-            return Err(("at", StudyProblem::Value { key, value, need }));
-        }
         for (key, [mean, sd]) in [("share", heated.share), ("cooling", heated.cooling)] {
             if !(mean > 0.0 && sd > 0.0 && mean.is_finite() && sd.is_finite()) {
                 let (full, value) = (format!("base.heated-flow.{key}"), format!("[{mean}, {sd}]"));
@@ -241,6 +232,11 @@ impl Check<'_> {
         if let Some(sd) = heated.offset_sd.filter(|sd| !(sd.is_finite() && *sd >= 0.0)) {
             let (full, value) = ("base.heated-flow.offset_sd".to_owned(), format!("{sd} K"));
             return Err(("offset_sd", StudyProblem::Value { key: full, value, need: "zero or more, in K" }));
+        }
+        if !(0.0..1.0).contains(&heated.excess_sd) {
+            let (full, value) = ("base.heated-flow.excess_sd".to_owned(), heated.excess_sd.to_string());
+            let need = "a relative number from 0 to below 1: 0.02 for 2 %";
+            return Err(("excess_sd", StudyProblem::Value { key: full, value, need }));
         }
         if self.rig.part(&heated.at).is_none() {
             let known = listed(self.rig.parts.iter().map(|p| p.name.as_str()));
