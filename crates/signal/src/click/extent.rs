@@ -150,13 +150,14 @@ impl ClickOptions {
     /// it already, they are kept.
     #[must_use]
     pub fn holding(&self, extent: &Extent) -> Self {
-        let (before, after) = window(extent.before, extent.after, extent.band_hz.1);
-        let long = before > ENOUGH * self.window.0 || after > ENOUGH * self.window.1;
+        let (least, last) = window(extent.before, extent.after, f64::INFINITY);
+        let long = least > ENOUGH * self.window.0 || last > ENOUGH * self.window.1;
         let high = extent.band_hz.1;
         if !long && high < HIGH_ENOUGH * self.band_hz.1 && high > LEAST * self.band_hz.1 {
             return self.clone();
         }
-        Self { window: (before, after), band_hz: extent.band_hz, ..self.clone() }
+        let window = window(extent.before, extent.after, extent.band_hz.1);
+        Self { window, band_hz: extent.band_hz, ..self.clone() }
     }
 }
 

@@ -289,8 +289,8 @@ fn shapes() -> Vec<(Shape, f64)> {
         .map(|f| (Shape::Ricker(f), 62_500.0))
         .collect();
     // At 1500 Hz the lobes of a slope are as far apart as the impulse and its inverted reflection at the last
-    // microphone: docs/records/signal.md, what is not reached.
-    all.push((Shape::Slope(600.0), 62_500.0));
+    // microphone.
+    all.extend([600.0, 1500.0].map(|f| (Shape::Slope(f), 62_500.0)));
     all.extend([4000.0, 9000.0].map(|r| (Shape::Sudden(r), 62_500.0)));
     all.extend([900.0, 2000.0].map(|f| (Shape::Burst(f), 62_500.0)));
     for rate in [10_000.0, 25_600.0, 48_000.0, 192_000.0] {

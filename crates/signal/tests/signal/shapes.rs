@@ -157,11 +157,14 @@ fn exact_noise_is_as_loud_as_undoing_the_boundary_layers_makes_it() {
 }
 
 #[test]
-#[ignore = "long: 7 shapes, 5 frequencies, 3 sampling rates, 2 tubes"]
+#[ignore = "long: 7 shapes, 5 frequencies, 3 sampling rates, 2 tubes, 24 calibrations of each"]
 fn coverage_of_calibrations_over_shapes() {
     let mut wrong = Vec::new();
     for tube in [("five", FIVE), ("eight", EIGHT)] {
-        for f in [500.0, 1000.0, 2000.0, 3000.0, 4000.0] {
+        // Above 3 kHz the end of the generator goes on from its last exact values: no truth for a microphone
+        // that hears it together with the impulse.
+        let high = if tube.0 == "five" { 5 } else { 3 };
+        for f in [500.0, 1000.0, 2000.0, 3000.0, 4000.0].into_iter().take(high) {
             for shape in kinds(f) {
                 for rate_hz in [20_000.0, 62_500.0, 100_000.0] {
                     let shares = table(shape, rate_hz, tube, 24);
