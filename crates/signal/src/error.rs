@@ -130,7 +130,7 @@ pub enum Fault {
     },
     /// An impulse lasts too long for the way it travels.
     #[error(
-        "the impulse at channel {channel} rises for {:.2} ms and falls for {:.2} ms, and its reflection comes {:.2} ms after it: use a shorter one",
+        "the impulse at channel {channel} rises for {:.2} ms and falls for {:.2} ms or more, and its reflection comes {:.2} ms after it: use a shorter one",
         1e3 * before, 1e3 * after, 1e3 * room
     )]
     LongImpulse {

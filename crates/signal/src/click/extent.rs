@@ -1,6 +1,7 @@
 //! How long an impulse lasts and which frequencies it holds, from one record of it.
 
 use super::options::ClickOptions;
+use super::segment::HIGHEST_HZ;
 use crate::dsp::parabola::Parabola;
 use crate::dsp::transform;
 use crate::{Fault, Trace};
@@ -21,8 +22,17 @@ pub struct Extent {
 /// exceed.
 const LEVEL: f64 = 0.05;
 const NOISE: f64 = 4.5;
-/// The window of a fit over the extent: a Ricker wavelet has then fallen to 3e-4.
-const MARGIN: f64 = 1.65;
+/// What the window of a fit has on each side beyond the extent, over the larger of the part of the extent on
+/// that side and half of the whole: a Ricker wavelet has then fallen to 3e-4. An impulse whose largest lobe is
+/// its first one needs as much before it as one in the middle.
+const MARGIN: f64 = 0.65;
+/// The same at least, in periods of the highest frequency: the waveform of a fit is zero for half of it at its
+/// ends.
+const EDGE: f64 = 1.6;
+/// Share of its length that an impulse must be over before its reflection begins.
+const OVER: f64 = 0.1;
+/// Twice the end correction of an open end over its radius: the reflection begins at the mouth itself.
+const MOUTH: f64 = 1.22;
 /// Room for an impulse without a reflection after it, and before its peak, s.
 const ROOM: f64 = 5e-3;
 /// How long before the first loud sample an impulse may begin, s.
@@ -45,7 +55,7 @@ const AROUND: f64 = 1.5e-3;
 /// Window and band of the options are kept if the impulse needs no more than so much of them, and no less of
 /// the band.
 const ENOUGH: f64 = 1.1;
-const HIGH_ENOUGH: f64 = 1.3;
+const HIGH_ENOUGH: f64 = 1.15;
 const LEAST: f64 = 0.55;
 
 impl Extent {
@@ -98,22 +108,25 @@ impl Extent {
         let wider = 1.0 + 0.15 * (level / (LEVEL * height)).ln();
         let loud = |n: &usize| z[*n].abs() >= level;
         let before = wider * (peak - (0..=peak).find(loud).unwrap_or(peak)).max(1) as f64 / trace.rate_hz;
-        let last = (peak + samples((room - MARGIN * before).max(0.0))).clamp(peak + 1, z.len());
+        let mouth = MOUTH * options.reflection.as_ref().map_or(0.0, |r| r.smoothing);
+        let last =
+            (peak + samples((room - mouth - (1.0 + 2.0 * OVER) * before).max(0.0))).clamp(peak + 1, z.len());
         let after = wider * ((peak..last).rfind(loud).unwrap_or(peak) - peak).max(1) as f64 / trace.rate_hz;
-        let part = |n: f64| samples(MARGIN * n);
-        let whole = &z[peak.saturating_sub(part(before))
-            ..(peak + part(after).max(2)).min(last.max(peak + 3)).min(z.len())];
+        let (lead, tail) = window(before, after, f64::INFINITY);
+        let whole = &z[peak.saturating_sub(samples(lead))
+            ..(peak + samples(tail).max(2)).min(last.max(peak + 3)).min(z.len())];
         // One that the sampling rate cuts off rings before and after it, and looks long.
         let near = &z[peak.saturating_sub(samples(AROUND))..(peak + samples(AROUND).max(8)).min(z.len())];
         let share = band(near, noise, trace.rate_hz)?.1;
         if share > CUT {
             return Err(Fault::ShortImpulse { channel, rate_hz: trace.rate_hz, share });
         }
-        let (need, have) = (MARGIN * before + 0.4 * MARGIN * after, room);
-        if need > have {
+        let over = (last - peak) as f64 / trace.rate_hz - after / wider;
+        if lead + 0.4 * tail > room || (last < z.len() && over < OVER * (before + after)) {
             return Err(Fault::LongImpulse { channel, before, after, room });
         }
-        Ok(Self { before, after, band_hz: band(whole, noise, trace.rate_hz)?.0 })
+        let (low, high) = band(whole, noise, trace.rate_hz)?.0;
+        Ok(Self { before, after, band_hz: (low, high.min(HIGHEST_HZ * trace.rate_hz)) })
     }
 
     /// The extent that the middle one of several has in every respect. None if there is none.
@@ -137,14 +150,21 @@ impl ClickOptions {
     /// it already, they are kept.
     #[must_use]
     pub fn holding(&self, extent: &Extent) -> Self {
-        let (before, after) = (MARGIN * extent.before, MARGIN * extent.after);
-        let long = before > ENOUGH * self.window.0 || after > ENOUGH * self.window.1;
+        let (least, last) = window(extent.before, extent.after, f64::INFINITY);
+        let long = least > ENOUGH * self.window.0 || last > ENOUGH * self.window.1;
         let high = extent.band_hz.1;
         if !long && high < HIGH_ENOUGH * self.band_hz.1 && high > LEAST * self.band_hz.1 {
             return self.clone();
         }
-        Self { window: (before, after), band_hz: extent.band_hz, ..self.clone() }
+        let window = window(extent.before, extent.after, extent.band_hz.1);
+        Self { window, band_hz: extent.band_hz, ..self.clone() }
     }
+}
+
+/// The window that holds an impulse of such an extent and highest frequency.
+fn window(before: f64, after: f64, highest_hz: f64) -> (f64, f64) {
+    let margin = |own: f64| own + (MARGIN * own.max(0.5 * (before + after))).max(EDGE / highest_hz);
+    (margin(before), margin(after))
 }
 
 /// Frequencies between which the energy of `y` lies, in white noise of the given deviation, and the largest

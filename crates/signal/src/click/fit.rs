@@ -44,6 +44,12 @@ const RIDS: usize = 6;
 /// Distance from where sound arrives, in periods of the highest frequency, beyond which another place is
 /// tried.
 const FAR: f64 = 0.4;
+/// Waves in the window below which a frequency is the background's.
+const WAVES: f64 = 0.47;
+/// Sum of squared deviations of the taps of a known end from what is expected of them, in their standard
+/// deviations, from which impulse and reflection have been mistaken for one another: five taps come to this
+/// once in 1e7.
+const STRANGE: f64 = 40.0;
 /// Residual energy over impulse energy above which the channels do not show the same impulse.
 const MISFIT: f64 = 0.05;
 
@@ -77,15 +83,20 @@ fn fitted(trace: &Trace<'_>, options: &ClickOptions) -> Result<Fitting, Fault> {
         placed.hasten(bursts.locate(options).pace(options));
     }
     let first = bursts.locate(&placed);
-    let elsewhere = bursts.expected(&first, options, FAR / options.band_hz.1);
     let result = Fitting::from(trace, &first, placed);
-    if let Some(elsewhere) = elsewhere {
+    let doubtful = result.as_ref().map_or(true, Fitting::is_strange);
+    let far = if doubtful { 0.0 } else { FAR / options.band_hz.1 };
+    if let Some(elsewhere) = bursts.expected(&first, options, far) {
         let other = Fitting::from(trace, &elsewhere, options.clone());
-        return match (result, other) {
-            (Ok(first), Ok(other)) if other.squares < first.squares => Ok(other),
-            (Err(_), Ok(other)) => Ok(other),
-            (first, _) => first,
+        let better = match (result, other) {
+            (Ok(first), Ok(other)) => {
+                let rank = |fit: &Fitting| (fit.is_strange(), fit.squares);
+                if rank(&other) < rank(&first) { other } else { first }
+            }
+            (Err(_), Ok(other)) => other,
+            (first, _) => first?,
         };
+        return better.credible();
     }
     match result {
         // Far too late a reflection is heard where none is expected: start from an earlier one.
@@ -176,6 +187,25 @@ impl Fitting {
         Ok(self)
     }
 
+    /// Whether the taps of a known end are none of an open end.
+    fn is_strange(&self) -> bool {
+        self.model.strangeness() > STRANGE
+    }
+
+    /// Refuses a reflection that is none of an open end.
+    fn credible(self) -> Result<Self, Fault> {
+        let Self { model: Model { options, times, .. }, .. } = &self;
+        let lag = |m: &usize| options.lag(*m).unwrap_or(f64::INFINITY);
+        let near = (0..times.len()).min_by(|a, b| lag(a).total_cmp(&lag(b)));
+        match near.filter(|_| self.is_strange()) {
+            Some(channel) => {
+                let ((before, after), room) = (options.window, lag(&channel));
+                Err(Fault::LongImpulse { channel, before, after, room })
+            }
+            None => Ok(self),
+        }
+    }
+
     /// Whether residuals are larger than the noise by so many standard deviations.
     fn exceeds(&self, deviations: f64) -> bool {
         self.squares / self.freedom > 1.0 + deviations * (2.0 / self.freedom).sqrt()
@@ -198,13 +228,14 @@ impl Fitting {
         let chi_squared = self.squares / self.freedom;
         let excess = if self.exceeds(3.0) || !self.segment.noise_known { chi_squared } else { 1.0 };
         let signal_to_noise = self.model.signal_to_noise(&self.segment, &self.rows);
-        let band_hz = (self.model.options.band_hz.0, self.segment.highest_hz);
-        let frequencies = comparison_frequencies(band_hz);
+        let (before, after) = self.model.options.window;
+        let low = self.model.options.band_hz.0.max(WAVES / (before + after));
+        let band_hz = (low, self.segment.highest_hz);
+        let frequencies = comparison_frequencies(band_hz, self.model.free_coefficients());
         let inverse = inverse_scaled(&self.normal)?;
         let leaning = self.model.leaning(&self.segment, &self.rows, &inverse);
         let energy: f64 = signal_to_noise.iter().map(|v| v * v).sum();
-        let misfit =
-            if self.segment.noise_known { (self.squares - self.freedom).max(0.0) / energy } else { 0.0 };
+        let misfit = if self.segment.noise_known { (self.squares - self.freedom) / energy } else { 0.0 };
         let fit = self.model.report(&inverse, excess, chi_squared, signal_to_noise, frequencies);
         Ok(ClickFit { leaning, misfit, ..fit })
     }

@@ -21,6 +21,13 @@ impl Model {
         self.options.reflection.as_ref().filter(|_| !self.taps.is_empty() && self.pace_sd.is_none())
     }
 
+    /// Sum of squared deviations of the taps of a known end from those expected, in standard deviations.
+    pub(super) fn strangeness(&self) -> f64 {
+        let Some(reflection) = self.known_end() else { return 0.0 };
+        let sd = reflection.tolerance * reflection.strength;
+        self.taps.iter().zip(&self.expected).map(|(tap, expected)| ((tap - expected) / sd).powi(2)).sum()
+    }
+
     /// The record less what an unflanged end reflects of the impulse and the expected taps do not: its way
     /// with frequency, and the boundary layers between the microphone and the end, there and back, which
     /// differ from channel to channel. None if the end is not known.

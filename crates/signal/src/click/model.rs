@@ -88,6 +88,11 @@ impl Model {
         self.taps.len() + usize::from(self.pace_sd.is_some())
     }
 
+    /// Number of coefficients of the waveform that are not held at zero.
+    pub(super) fn free_coefficients(&self) -> usize {
+        self.waveform.coefficients.len().saturating_sub(2 * SILENT)
+    }
+
     /// Where the time of channel `m` sits among the unknowns; its gain follows `channels - 1` later.
     pub(super) fn free(&self, m: usize) -> Option<usize> {
         match m.cmp(&self.pivot) {
@@ -262,6 +267,12 @@ impl Model {
         let channels = self.times.len();
         let first = 2 * (channels - 1) + self.reflected();
         let spectrum = self.waveform.spectrum_map(&frequencies);
+        let others = channels - 1;
+        let gain_covariance =
+            Matrix::from_fn(channels, channels, |m, n| match (self.free(m), self.free(n)) {
+                (Some(i), Some(j)) => excess * inverse[(others + i, others + j)],
+                _ => 0.0,
+            });
         let mut map = Matrix::zeros(channels + spectrum.rows(), inverse.rows());
         for m in 0..channels {
             if let Some(i) = self.free(m) {
@@ -281,6 +292,7 @@ impl Model {
             overlapped: (0..channels).map(|m| self.options.overlaps(m)).collect(),
             misfit: 0.0,
             covariance: Matrix::from_fn(channels, channels, |i, j| joint[(i, j)]),
+            gain_covariance,
             times: self.times,
             gains: self.gains,
             pivot: self.pivot,

@@ -102,6 +102,8 @@ pub struct ClickFit {
     pub gains: Vec<f64>,
     /// Covariance of `times`, s^2, relative to `pivot` (whose row is zero).
     pub covariance: Matrix,
+    /// Covariance of `gains`, relative to `pivot` (whose row is zero).
+    pub gain_covariance: Matrix,
     /// The strongest channel.
     pub pivot: usize,
     /// Angular frequencies of the waveform, rad/s.
@@ -123,7 +125,8 @@ pub struct ClickFit {
     pub signal_to_noise: Vec<f64>,
     /// Sum of squared residuals over its number of degrees of freedom.
     pub chi_squared: f64,
-    /// Energy of the residuals beyond that of the noise, over the energy of the impulse in all channels.
+    /// Energy of the residuals beyond that of the noise, over the energy of the impulse in all channels; below
+    /// zero where the noise happens to be small, and zero where it is not known.
     pub misfit: f64,
     /// Covariance of times, then of real and imaginary parts of the waveform.
     pub(crate) joint: Matrix,

@@ -25,6 +25,8 @@ pub(crate) struct Segment {
 /// What is kept before the first and after the last impulse, s. The outer half fades away, at most [`FADE`].
 const MARGIN: f64 = 6e-3;
 const FADE: f64 = 3e-3;
+/// Highest frequency of a waveform over the sampling rate, at most.
+pub(crate) const HIGHEST_HZ: f64 = 0.4;
 /// Samples at each end of the decimated noise that are left out: they have seen the other end.
 const ENDS: usize = 8;
 
@@ -39,7 +41,7 @@ pub(crate) fn decimation(rate_hz: f64, highest_hz: f64) -> usize {
 impl Segment {
     pub(crate) fn new(trace: &Trace<'_>, times: &[f64], options: &ClickOptions) -> Result<Self, Fault> {
         let (step, quiet) = (1.0 / trace.rate_hz, trace.quiet.min(trace.len()));
-        let highest_hz = options.band_hz.1.min(0.4 * trace.rate_hz);
+        let highest_hz = options.band_hz.1.min(HIGHEST_HZ * trace.rate_hz);
         let factor = decimation(trace.rate_hz, options.band_hz.1);
         let sample = |t: f64| (t / step + quiet as f64).clamp(0.0, trace.len() as f64) as usize;
         let earliest = times.iter().fold(f64::INFINITY, |a, &b| a.min(b)) - options.window.0;
@@ -52,21 +54,22 @@ impl Segment {
         let first = (from as f64 - quiet as f64) * step;
         let fade = |room: f64| ((0.5 * room).clamp(0.0, FADE) / step) as usize;
         let fades = [fade(earliest - first), fade(first + (to - from) as f64 * step - latest)];
+        let kappa = |m: usize| options.dispersion.get(m).copied().unwrap_or(0.0);
         let mut channels = Vec::with_capacity(trace.channels.len());
         for (m, y) in trace.channels.iter().enumerate() {
-            let kappa = options.dispersion.get(m).copied().unwrap_or(0.0);
-            channels.push(resampled(&faded(&y[from..to], fades), factor, kappa, step, highest_hz)?);
+            channels.push(resampled(&faded(&y[from..to], fades), factor, kappa(m), step, highest_hz)?);
         }
         let length = ((options.window.0 + options.window.1) / (step * factor as f64)) as usize;
-        // The same windows on noise alone measure what the background leaves of it.
+        // The same windows on noise alone measure what the background leaves of it. What undoes the
+        // dispersion makes it louder: the boundary layers have not weakened it.
         let mut measured = Vec::with_capacity(channels.len());
-        for y in trace.channels {
+        for (m, y) in trace.channels.iter().enumerate() {
             let quiet = &y[..quiet - quiet % factor];
-            let deviation = if factor == 1 || quiet.len() < 4 * ENDS * factor {
-                noise(quiet, length.max(8))
+            let deviation = if quiet.len() < 4 * ENDS * factor {
+                noise(quiet, length)
             } else {
-                let y = resampled(quiet, factor, 0.0, step, highest_hz)?;
-                noise(&y[ENDS..y.len() - ENDS], length.max(8))
+                let y = resampled(quiet, factor, kappa(m), step, highest_hz)?;
+                noise(&y[ENDS..y.len() - ENDS], length)
             };
             measured.push(deviation);
         }
@@ -100,9 +103,10 @@ impl Segment {
     }
 }
 
-/// Standard deviation of what parabolas over stretches of `length` samples leave; none if there are fewer
-/// than four.
+/// Standard deviation of what parabolas over stretches of `length` samples leave, or over a quarter of the
+/// quiet part if that is shorter; none if this is shorter than eight.
 fn noise(quiet: &[f64], length: usize) -> Option<f64> {
+    let length = length.min(quiet.len() / 4).max(8);
     let (mut squares, mut freedom) = (0.0, 0);
     let parabola = Parabola::new(length);
     for stretch in quiet.chunks_exact(length) {

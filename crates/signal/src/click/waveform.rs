@@ -140,12 +140,12 @@ impl Waveform {
     }
 }
 
-/// Frequencies at which waveforms are compared, rad/s: inside the band, few enough that their spectrum is
-/// determined.
-pub(crate) fn comparison_frequencies((low, high): (f64, f64)) -> Vec<f64> {
-    let count = 6;
+/// Frequencies at which waveforms are compared, rad/s: inside the band, few enough that `free` coefficients
+/// determine their spectrum.
+pub(crate) fn comparison_frequencies((low, high): (f64, f64), free: usize) -> Vec<f64> {
+    let count = (free.saturating_sub(1) / 2).clamp(2, 6);
     let (from, to) = (1.5 * low, 0.85 * high);
-    (0..count).map(|k| TAU * (from + (to - from) * f64::from(k) / f64::from(count - 1))).collect()
+    (0..count).map(|k| TAU * (from + (to - from) * k as f64 / (count - 1) as f64)).collect()
 }
 
 #[cfg(test)]

@@ -1,7 +1,8 @@
 //! Delays and gains of the channels, from impulses that travel at a known speed.
 
 use super::error::CalibrationError;
-use super::error::{median_of, plausible};
+use super::error::plausible;
+use super::left::{misfit, relative, systematic};
 use super::place::{Placed, absolute, place};
 use super::stated::ChannelPriors;
 use crate::Fault;
@@ -40,10 +41,6 @@ pub struct ChannelDelays {
 /// How far gains may lie from their median, relative to it: probe microphones of one kind differ by a few per
 /// cent.
 pub(crate) const GAIN_SPREAD: f64 = 0.3;
-
-/// Energy that calibration clicks may leave, over their own: a twentieth of the amplitude. Clicks in warm gas
-/// may leave more, but gains of the channels come from these.
-const MISFIT: f64 = 2.5e-3;
 
 /// One calibration click and when it should have arrived.
 #[derive(Clone, Debug)]
@@ -154,21 +151,25 @@ impl ChannelDelays {
             );
         }
         plausible(&delays, &gains, &first.expected, spread, &first.fit.overlapped)?;
-        let misfit = median_of(&clicks.iter().map(|c| c.fit.misfit).collect::<Vec<f64>>());
-        if misfit > MISFIT {
-            return Err(CalibrationError::Misfit { share: misfit, limit: MISFIT });
-        }
-        // Noise is independent between channels. Their sample covariance would be, too, but from a dozen
-        // clicks it has directions that look far too certain. From a few, what one channel's gain scatters
-        // says little: all do together.
+        let [gain_variance, time_variance] = systematic(misfit(clicks)?, &template, &first.fit.frequencies);
+        covariance = covariance.plus(time_variance, &Matrix::diagonal(&vec![1.0; channels]));
+        // What gains scatter beyond the noise that the fits state is independent between channels. From a
+        // few clicks, what one channel's gain scatters says little: all do together.
+        let noise: Vec<Matrix> = clicks.iter().map(|c| relative(&c.fit)).collect();
         let groups: Vec<Group> = (0..channels)
             .map(|m| {
-                let noise = |n: usize, m: usize| (gain(n, m) / clicks[n].fit.signal_to_noise[m]).powi(2);
+                let noise = |n: usize, m: usize| gain(n, m).powi(2) * noise[n][(m, m)];
                 let squares = (0..count).map(|n| (gain(n, m) - gains[m]).powi(2)).sum();
                 Group { within: mean(&noise, m), squares, count }
             })
             .collect();
-        let mut gain_covariance = Matrix::diagonal(&variances_of_means(&groups));
+        let mut gain_covariance = Matrix::from_fn(channels, channels, |i, j| {
+            noise.iter().map(|n| n[(i, j)]).sum::<f64>() * gains[i] * gains[j] / (count * count) as f64
+        });
+        for (m, (variance, group)) in variances_of_means(&groups).into_iter().zip(&groups).enumerate() {
+            gain_covariance[(m, m)] += (variance - group.within / count as f64).max(0.0);
+            gain_covariance[(m, m)] += gain_variance * gains[m].powi(2);
+        }
         for errors in &leaning {
             // Gains count from their mean square.
             let common = (0..channels).map(|m| gains[m].powi(2) * errors[m][1]).sum::<f64>()

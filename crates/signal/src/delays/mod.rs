@@ -3,6 +3,7 @@
 
 mod channels;
 mod error;
+mod left;
 mod place;
 mod stated;
 

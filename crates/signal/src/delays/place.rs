@@ -49,12 +49,18 @@ pub(super) fn place(fit: &ClickFit, template: &[C64]) -> Result<((f64, f64), Vec
     Ok(((shift, scale), row))
 }
 
-/// Shift at which the two waveforms correlate best, either sign, on a grid of a microsecond.
+/// Shift at which the two waveforms correlate best, either sign, on a grid of a microsecond. A frequency
+/// counts as it is known: the lowest may be hardly known beside the background.
 fn coarse_shift(fit: &ClickFit, template: &[C64]) -> (f64, f64) {
-    let power: f64 = template.iter().map(C64::norm_sqr).sum();
+    let known = |k: usize| {
+        let row = fit.times.len() + 2 * k;
+        (fit.joint[(row, row)] + fit.joint[(row + 1, row + 1)]).max(f64::MIN_POSITIVE).recip()
+    };
+    let weighed: Vec<C64> = template.iter().enumerate().map(|(k, t)| t.conj() * known(k)).collect();
+    let power: f64 = weighed.iter().zip(template).map(|(w, t)| (w * t).re).sum();
     let product = |shift: f64| -> f64 {
-        let terms = fit.waveform.iter().zip(template).zip(&fit.frequencies);
-        terms.map(|((w, t), f)| (w * t.conj() * C64::from_polar(1.0, f * shift)).re).sum::<f64>() / power
+        let terms = fit.waveform.iter().zip(&weighed).zip(&fit.frequencies);
+        terms.map(|((w, t), f)| (w * t * C64::from_polar(1.0, f * shift)).re).sum::<f64>() / power
     };
     // Two lobes of an impulse of low frequency are farther apart.
     let highest = fit.frequencies.last().copied().unwrap_or(f64::INFINITY);

@@ -18,6 +18,7 @@ mod ping;
 mod pulses;
 mod reasons;
 mod ringing;
+mod shapes;
 mod short;
 mod swept;
 mod uncalibrated;
