@@ -65,7 +65,7 @@ pub(crate) fn still_driven(
         return Some(Fault::StillDriven { frequency_hz: omega / TAU, share });
     }
     let mut components = known.components.clone();
-    components[0].chirp = None;
+    components[0] = Component::new(components[0].s, components[0].kind);
     components.insert(1, Component::new(C64::new(0.0, omega), Kind::Tone));
     let needed = 3.0 * floor(white.channels) + search.ringing.close_energy(white.step);
     if glance(decay, &components).is_ok_and(|g| g.energies[1] + g.gain < FAR_BELOW * needed) {

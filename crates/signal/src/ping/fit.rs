@@ -4,6 +4,7 @@ use super::backwards::last_decay;
 use super::chirp::Drift;
 use super::diagnosis;
 use super::driven;
+use super::excess::Excess;
 use super::fairest::{self, has_close_neighbour};
 use super::forcing::{Change, Envelope};
 use super::found::PingFit;
@@ -254,7 +255,10 @@ fn fit_whitened(
     }
     let part = white.slice(from, to);
     let noise = ringing.added_to(1.0, channels);
-    if fairest::is_doubtful(&solution, noise) || Drift::left_by(&solution, part).is_significant() {
+    let left = solution.residuals(part, 0.0);
+    let is_curved = Drift::left_by(&solution, &left, step).is_significant()
+        || Excess::left_by(&solution, &left, step).is_significant();
+    if fairest::is_doubtful(&solution, noise) || is_curved {
         let fit = |components| search.solve(part, early(from), components, SETTLING).ok();
         solution = fairest::fairest(part, (noise, ringing), solution, &fit);
     }

@@ -2,6 +2,7 @@
 
 use super::alike::Decay;
 use super::chirp::Drift;
+use super::excess::Excess;
 use super::forcing::Change;
 use super::found::PingFit;
 use super::options::PingOptions;
@@ -126,18 +127,27 @@ impl Fitted {
             if rings { ringing::calm_variance(&calm, s, self.step) } else { self.solution.variance() };
         let whiten = &self.whitener.whiten(s, self.step);
         let (white, amplitudes_now, step) = (white_amplitudes, &amplitudes, self.step);
-        Decay { s, white, amplitudes: amplitudes_now, whiten, left: &left, step, variance }.check()?;
+        let wave = &self.solution.wave(to - from, step);
+        Decay { s, white, amplitudes: amplitudes_now, whiten, left: &left, step, wave, variance }.check()?;
         let covariance = self.solution.mode_covariance(0);
         let mut ping =
             relative(s, &amplitudes, options.reference, &unwhiten, &log_slopes, &covariance, variance);
-        let drift = Drift::of(&self.solution, self.white(from, to)).with_variance(&self.solution, variance);
+        let drift = Drift::of(&self.solution, &left, step).with_variance(&self.solution, variance);
+        let excess = Excess::of(&self.solution, &left, step).with_variance(&self.solution, variance);
+        if self.solution.components[0].excess.is_some() {
+            excess.put_back(&mut ping);
+        }
         if self.solution.components[0].chirp.is_some() {
             drift.put_back(&mut ping);
         }
         let since = |rows: usize| rows as f64 * self.step;
         let mut drift = drift.counted_from(since(from - self.end.row), since(self.end.lag + 1));
+        let mut excess = excess.counted_from((-s.re * since(from - self.end.row)).exp());
         if let Some(power) = narrow {
-            ringing::widen(&mut ping, &mut drift, power, &self.solution, to - from, self.step);
+            ringing::widen(&mut ping, (&mut drift, &mut excess), power, &self.solution, to - from, self.step);
+        }
+        if excess.is_significant() {
+            excess.remove(&mut ping);
         }
         if drift.is_significant() {
             let apart = |c: &Component| (c.s.im - s.im).abs() / std::f64::consts::TAU;
@@ -157,6 +167,7 @@ impl Fitted {
             ping,
             modes,
             drift,
+            excess,
             subspace_guess: self.guess,
             amplitudes,
             tones,

@@ -96,9 +96,11 @@ impl Search<'_> {
             let count = modes(&components);
             components = self.grounded(components);
             match solve(white, &components, close) {
-                // Without a drift, where none is found.
-                Err(Fault::Singular(_) | Fault::NotConverged { .. }) if components[0].chirp.is_some() => {
-                    components[0].chirp = None;
+                // Without a drift or an excess of damping, where none is found.
+                Err(Fault::Singular(_) | Fault::NotConverged { .. }) if components[0].is_curved() => {
+                    let Component { s, kind, chirp, excess } = components[0];
+                    let chirp = if excess.is_some() { chirp } else { None };
+                    components[0] = Component { chirp, ..Component::new(s, kind) };
                 }
                 Err(Fault::Singular(_) | Fault::NotConverged { .. }) if count > 1 => {
                     components.remove(weakest(self.decimated(early).white(), &components));
