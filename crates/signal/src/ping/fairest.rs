@@ -6,7 +6,7 @@
 //! 6 (1978) 461).
 
 use super::ringing::Ringing;
-use crate::ringdown::{Component, Kind, Solution, White};
+use crate::ringdown::{Component, Kind, Solution, White, glance};
 use std::f64::consts::TAU;
 
 /// Distance from every known component, Hz, at which a further tone is sought: nearer ones are what the first
@@ -14,6 +14,9 @@ use std::f64::consts::TAU;
 pub(super) const APART_HZ: f64 = 12.0;
 /// Standard deviations of the residual variance beyond which something is left to explain.
 const LEFT: f64 = 4.0;
+
+/// Share of its price that one step must foresee a free number to be worth, or no fit is made with it.
+const PROMISE: f64 = 0.5;
 
 /// Whether a fit may be of the wrong kind: it has a mode close to the first one, or leaves more than noise of
 /// the given variance.
@@ -37,12 +40,19 @@ pub(super) fn fairest(
         list
     };
     let now = &found.components;
+    let samples = (white.samples.len().max(2) as f64).ln();
     let (chirp, excess) = (Some(now[0].chirp.unwrap_or(0.0)), Some(now[0].excess.unwrap_or(0.0)));
     let mut tried = Vec::new();
     for (chirp, excess) in [(chirp, None), (None, excess), (chirp, excess), (None, None)] {
         let have = (now[0].chirp.is_some(), now[0].excess.is_some());
-        if has_close_neighbour(now) || have != (chirp.is_some(), excess.is_some()) {
-            tried.push(with(now, chirp, excess, false));
+        let next = with(now, chirp, excess, false);
+        let promises = || {
+            let more = usize::from(chirp.is_some() && !have.0) + usize::from(excess.is_some() && !have.1);
+            let price = more as f64 * samples * found.variance().max(noise);
+            glance(white, &next).is_ok_and(|g| g.gain >= PROMISE * price)
+        };
+        if has_close_neighbour(now) || have != (chirp.is_some(), excess.is_some()) && promises() {
+            tried.push(next);
         }
     }
     if has_close_neighbour(now) {
@@ -53,7 +63,6 @@ pub(super) fn fairest(
     }
     let others: Vec<Solution> = tried.into_iter().filter_map(fit).collect();
     let least = others.iter().map(Solution::variance).fold(found.variance(), f64::min).max(noise);
-    let samples = (white.samples.len().max(2) as f64).ln();
     let chance = ringing.close_energy(white.step);
     let cost = |s: &Solution| {
         let close = s.components.iter().skip(1).filter(|c| is_close(c, &s.components[0])).count() as f64;

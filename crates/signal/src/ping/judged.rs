@@ -26,14 +26,15 @@ pub(super) struct Fitted {
     /// The quiet part, white.
     pub(super) silence: Vec<f64>,
     pub(super) ringing: Ringing,
-    pub(super) white: Vec<f64>,
+    /// What the fit leaves of the white record, from the first of `rows` to its end.
+    pub(super) left: Vec<f64>,
     pub(super) channels: usize,
     pub(super) step: f64,
     /// Samples from which the colour of the noise was learnt.
     pub(super) learnt_from: usize,
-    /// First sample of the record that `white` stands for.
+    /// First sample of the record that the rows stand for.
     pub(super) offset: usize,
-    /// Rows of `white` that were fitted.
+    /// Rows that were fitted.
     pub(super) rows: (usize, usize),
     /// Where the forcing ended.
     pub(super) end: Change,
@@ -44,16 +45,9 @@ pub(super) struct Fitted {
 }
 
 impl Fitted {
-    fn white(&self, from: usize, to: usize) -> White<'_> {
-        White {
-            samples: &self.white[from * self.channels..to * self.channels],
-            channels: self.channels,
-            step: self.step,
-        }
-    }
-
-    pub(super) fn residuals(&self) -> Vec<f64> {
-        self.solution.residuals(self.white(self.rows.0, self.rows.1), 0.0)
+    /// What is left of the rows that were fitted.
+    pub(super) fn residuals(&self) -> &[f64] {
+        &self.left[..(self.rows.1 - self.rows.0) * self.channels]
     }
 
     /// Power of the noise that rings the mode, if there is any, enlarged for the few degrees of freedom that
@@ -61,15 +55,11 @@ impl Fitted {
     fn narrow(&self) -> Result<Option<f64>, Fault> {
         let (s, shape) = (self.solution.components[0].s, &self.solution.amplitudes[0]);
         let white = |samples| White { samples, channels: self.channels, step: self.step };
-        let rest = self.white(self.rows.0, self.white.len() / self.channels);
-        let left = self.solution.residuals(rest, 0.0);
-        let found = ringing::power(s, shape, &[white(&self.silence), white(&left)]);
+        let found = ringing::power(s, shape, &[white(&self.silence), white(&self.left)]);
         if self.ringing.is_some() {
             let silent = ringing::power(s, shape, &[white(&self.silence)]).or(found);
             let most = silent.map_or(self.ringing.power, |p| p.value).max(0.5 * self.ringing.power);
-            if let Some((row, ratio)) =
-                ringing::beyond(white(&left[..(self.rows.1 - self.rows.0) * self.channels]), s, most)
-            {
+            if let Some((row, ratio)) = ringing::beyond(white(self.residuals()), s, most) {
                 let at = (self.offset + self.rows.0 + row) as f64 * self.step;
                 let frequency_hz = s.im / std::f64::consts::TAU;
                 return Err(Fault::Residual { at, channel: 0, ratio, frequency_hz });
@@ -106,7 +96,7 @@ impl Fitted {
         verdict::signal(&signal_to_noise, options.silent_channels)?;
         let left = self.residuals();
         let rings = self.ringing.is_some();
-        let calm = self.ringing.taken_out(White { samples: &left, channels: self.channels, step: self.step });
+        let calm = self.ringing.taken_out(White { samples: left, channels: self.channels, step: self.step });
         let narrow = self.narrow()?;
         let residue = Residue {
             samples: &calm,
@@ -128,12 +118,12 @@ impl Fitted {
         let whiten = &self.whitener.whiten(s, self.step);
         let (white, amplitudes_now, step) = (white_amplitudes, &amplitudes, self.step);
         let wave = &self.solution.wave(to - from, step);
-        Decay { s, white, amplitudes: amplitudes_now, whiten, left: &left, step, wave, variance }.check()?;
+        Decay { s, white, amplitudes: amplitudes_now, whiten, left, step, wave, variance }.check()?;
         let covariance = self.solution.mode_covariance(0);
         let mut ping =
             relative(s, &amplitudes, options.reference, &unwhiten, &log_slopes, &covariance, variance);
-        let drift = Drift::of(&self.solution, &left, step).with_variance(&self.solution, variance);
-        let excess = Excess::of(&self.solution, &left, step).with_variance(&self.solution, variance);
+        let drift = Drift::of(&self.solution, left, step).with_variance(&self.solution, variance);
+        let excess = Excess::of(&self.solution, left, step).with_variance(&self.solution, variance);
         if self.solution.components[0].excess.is_some() {
             excess.put_back(&mut ping);
         }

@@ -11,7 +11,7 @@
 use super::chirp::Drift;
 use super::excess::Excess;
 use super::resolution::deviation;
-use super::verdict::tone;
+use super::verdict::loudness;
 use crate::dsp::kernels::dot;
 use crate::ringdown::{Solution, White};
 use rijke_numerics::{C64, Matrix};
@@ -109,7 +109,7 @@ pub(crate) fn rings(silence: &[Vec<f64>], rate_hz: f64, mode_hz: f64) -> bool {
         let of = |offset: &f64| -> f64 {
             let one = |y: &Vec<f64>| {
                 let white = White { samples: y, channels: 1, step: rate_hz.recip() };
-                tone(white, 0, rows, 0, mode_hz + offset * apart).powi(2)
+                loudness(white, 0, rows, mode_hz + offset * apart).powi(2)
             };
             silence.iter().map(one).sum()
         };

@@ -114,6 +114,20 @@ impl Search<'_> {
         }
     }
 
+    /// The harmonics of the mains that are more than what noise which rings the mode may feign.
+    pub(crate) fn real_harmonics(&self, found: &Solution, step: f64) -> Result<Vec<u32>, Fault> {
+        if !self.ringing.is_some() {
+            return Ok(self.harmonics.to_vec());
+        }
+        let floor = floor(found.amplitudes[0].len());
+        let energies = found.energies()?;
+        let of = |(c, energy): (&Component, f64)| match c.kind {
+            Kind::Mains(h) if energy > floor + self.ringing.energy(c.s.im, step) => Some(h),
+            _ => None,
+        };
+        Ok(found.components.iter().zip(energies).filter_map(of).collect())
+    }
+
     /// Whether all neighbours are modes that decay.
     pub(crate) fn are_modes(&self, components: &[Component]) -> bool {
         (1..modes(components)).all(|k| !self.is_no_mode(components[k].s))

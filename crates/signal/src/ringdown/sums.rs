@@ -260,6 +260,42 @@ mod tests {
     }
 
     #[test]
+    fn oracle_curved_components_and_their_derivatives_are_those_written_out() {
+        let (rows, step) = (400, 1e-3);
+        let curved = |s: C64, chirp: f64, excess: f64| Component {
+            chirp: Some(chirp),
+            excess: Some(excess),
+            ..Component::new(s, crate::ringdown::Kind::Mode)
+        };
+        let written = |s: C64, chirp: f64, excess: f64, t: f64| {
+            let envelope = 1.0 + excess * (1.0 - (s.re * t).exp());
+            (s * t + C64::new(0.0, 0.5 * chirp * t * t)).exp() / envelope
+        };
+        let (s, chirp, excess) = (C64::new(-6.0, 500.0), 40.0, 0.7);
+        let component = curved(s, chirp, excess);
+        let list = factors(&component, rows, step);
+        assert_eq!(list.iter().map(|f| f.0).collect::<Vec<_>>(), [2, 0, 3]);
+        for first in [0.0, 37.0] {
+            let (powers, start) = phasors(&component, first, rows, step);
+            for n in 0..rows {
+                let exact = written(s, chirp, excess, (first + n as f64) * step);
+                let found = C64::new(powers.re[n], powers.im[n]) * start;
+                assert!((found - exact).norm() < 1e-10, "{first} {n}: {found} {exact}");
+            }
+        }
+        for n in (0..rows).step_by(13) {
+            let t = n as f64 * step;
+            let slope = |of: &dyn Fn(f64) -> C64| (of(1e-5) - of(-1e-5)) / (2e-5 * of(0.0));
+            let of_chirp = slope(&|d| written(s, chirp + d, excess, t)) / C64::I;
+            let of_growth = slope(&|d| written(s + d, chirp, excess, t));
+            let of_excess = slope(&|d| written(s, chirp, excess + d, t));
+            for ((_, factor), exact) in list.iter().zip([of_chirp, of_growth, of_excess]) {
+                assert!((factor[n] - exact).norm() < 1e-6, "{n}: {} {exact}", factor[n]);
+            }
+        }
+    }
+
+    #[test]
     fn oracle_projection_of_any_number_of_channels_is_the_sum_written_out() {
         let (channels, rows, s, step) = (11, 100, C64::new(-20.0, 900.0), 1e-3);
         let samples: Vec<f64> = (0..rows * channels).map(|i| ((i * 7919) % 101) as f64 - 50.0).collect();

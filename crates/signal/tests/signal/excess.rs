@@ -28,7 +28,10 @@ fn check(count: u64) {
                 Ok(PingFit { ping: fit.at_the_end_of_forcing(), ..fit })
             });
             tally.show(&name);
-            if tally.used as u64 * 10 < 9 * count || tally.worst > 4.5 || tally.inside.iter().any(|v| *v < 0.75) {
+            if tally.used as u64 * 10 < 9 * count
+                || tally.worst > 4.5
+                || tally.inside.iter().any(|v| *v < 0.75)
+            {
                 wrong.push(name);
             }
         }
