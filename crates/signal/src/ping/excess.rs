@@ -26,6 +26,9 @@ pub struct Excess {
 /// Standard deviations beyond which an excess is taken as real: noise feigns it in one ping of 16 000.
 const SIGNIFICANT: f64 = 4.0;
 
+/// Fewest decay times of a fit that tell of an excess.
+const LEAST: f64 = 3.0;
+
 impl Excess {
     /// The excess that a fit has found, or, if it was not looked for, that its residuals `left`
     /// show.
@@ -42,6 +45,9 @@ impl Excess {
     pub(crate) fn left_by(found: &Solution, left: &[f64], step: f64) -> Self {
         let amplitudes = &found.amplitudes[0];
         let rows = left.len() / amplitudes.len().max(1);
+        if !Self::is_told(found.components[0].s.re, rows, step) {
+            return Self::unknown();
+        }
         let (s, wave) = (found.components[0].s, found.wave(rows, step));
         let Curve { values, slope, spread } = Curve::of(-s.re, rows, step);
         let strength: f64 = amplitudes.iter().map(C64::norm_sqr).sum();
@@ -57,6 +63,11 @@ impl Excess {
         }
         let sd = (found.variance() / information).sqrt();
         Self { share: score / information, sd, moved: slope }.or_none()
+    }
+
+    /// Whether a fit of so many rows is long enough to tell an excess from a loudspeaker that comes to rest.
+    pub(crate) fn is_told(growth_rate: f64, rows: usize, step: f64) -> bool {
+        -growth_rate * rows as f64 * step > LEAST
     }
 
     /// Weights of the rows of a fit in its excess: times xi/b, where the amplitude is b e^{st} + xi e^{i

@@ -5,6 +5,7 @@
 //! counts, each free number at a price of half the logarithm of the number of samples (Schwarz, Ann. Statist.
 //! 6 (1978) 461).
 
+use super::excess::Excess;
 use super::ringing::Ringing;
 use crate::ringdown::{Component, Kind, Solution, White, glance};
 use std::f64::consts::TAU;
@@ -42,24 +43,29 @@ pub(super) fn fairest(
     let now = &found.components;
     let samples = (white.samples.len().max(2) as f64).ln();
     let (chirp, excess) = (Some(now[0].chirp.unwrap_or(0.0)), Some(now[0].excess.unwrap_or(0.0)));
+    let told = Excess::is_told(now[0].s.re, white.rows(), white.step);
+    let excess = excess.filter(|_| told);
+    let have = [now[0].chirp.is_some(), now[0].excess.is_some()];
+    let foresees = |curves: &[Option<f64>; 2], price: usize| {
+        let gain = glance(white, &with(now, curves[0], curves[1], false)).map_or(0.0, |g| g.gain);
+        gain >= PROMISE * price as f64 * samples * found.variance().max(noise)
+    };
+    let close = has_close_neighbour(now);
+    // What both together do not foresee, neither does alone.
+    let worth = close || have != [false; 2] || foresees(&[chirp, excess], 1);
     let mut tried = Vec::new();
-    for (chirp, excess) in [(chirp, None), (None, excess), (chirp, excess), (None, None)] {
-        let have = (now[0].chirp.is_some(), now[0].excess.is_some());
-        let next = with(now, chirp, excess, false);
-        let promises = || {
-            let more = usize::from(chirp.is_some() && !have.0) + usize::from(excess.is_some() && !have.1);
-            let price = more as f64 * samples * found.variance().max(noise);
-            glance(white, &next).is_ok_and(|g| g.gain >= PROMISE * price)
-        };
-        if has_close_neighbour(now) || have != (chirp.is_some(), excess.is_some()) && promises() {
-            tried.push(next);
+    for curves in [[chirp, None], [None, excess], [chirp, excess], [None, None]] {
+        let has = curves.map(|c| c.is_some());
+        let more = has.iter().zip(have).filter(|(now, before)| **now && !before).count();
+        if close || worth && has != have && foresees(&curves, more) {
+            tried.push(with(now, curves[0], curves[1], false));
         }
     }
     if has_close_neighbour(now) {
         tried.push(with(now, chirp, None, true));
         // The two may lie on both sides of the one.
         tried.push(merged(&found, with(now, chirp, None, false)));
-        tried.push(merged(&found, with(now, None, excess, false)));
+        tried.extend(excess.map(|_| merged(&found, with(now, None, excess, false))));
     }
     let others: Vec<Solution> = tried.into_iter().filter_map(fit).collect();
     let least = others.iter().map(Solution::variance).fold(found.variance(), f64::min).max(noise);
