@@ -15,6 +15,8 @@ const LEAST: f64 = 0.2;
 const LARGEST: f64 = 10.0;
 /// Their number.
 const VALUES: usize = 40;
+/// Weight of a law, over the largest, below which it does not count.
+const NEGLIGIBLE: f64 = 1e-9;
 
 /// A relative drift, 1/s, and its standard deviation; the part of it that is an error of the mean drift,
 /// which all points have in common.
@@ -27,23 +29,34 @@ pub(super) struct Relative {
 
 /// What each point's drift is, given all of them. Those of unknown error stay as they are.
 pub(super) fn shared(own: &[Relative]) -> Vec<Relative> {
-    let known: Vec<Relative> = own.iter().copied().filter(|d| d.sd.is_finite() && d.sd > 0.0).collect();
-    let least = known.iter().map(|d| d.sd).fold(f64::INFINITY, f64::min);
-    if known.len() < 2 {
+    let known = || own.iter().filter(|d| d.is_known());
+    let least = known().map(|d| d.sd).fold(f64::INFINITY, f64::min);
+    if known().count() < 2 {
         return own.to_vec();
     }
-    let largest = known.iter().map(|d| d.sd.max(d.rate.abs())).fold(0.0, f64::max);
+    let largest = known().map(|d| d.sd.max(d.rate.abs())).fold(0.0, f64::max);
     let ratio = (LARGEST * largest / (LEAST * least)).powf(1.0 / (VALUES - 1) as f64);
-    let laws: Vec<Law> = (0..VALUES).map(|k| Law::of(&known, LEAST * least * ratio.powi(k as i32))).collect();
+    let scatters: Vec<f64> = (0..VALUES).map(|k| LEAST * least * ratio.powi(k as i32)).collect();
+    given_all(own, &scatters, &[f64::INFINITY])
+}
+
+/// What each number is, given all of them: normal about a mean with one of the deviations `scatters`, the
+/// mean normal about zero with one of `sizes`, or of any value; all of them are as likely before. Those of
+/// unknown error stay as they are.
+pub(super) fn given_all(own: &[Relative], scatters: &[f64], sizes: &[f64]) -> Vec<Relative> {
+    let known: Vec<Relative> = own.iter().copied().filter(Relative::is_known).collect();
+    let of = |tau: &f64| sizes.iter().map(|size| Law::of(&known, *tau, *size)).collect::<Vec<_>>();
+    let laws: Vec<Law> = scatters.iter().flat_map(of).collect();
     let best = laws.iter().map(|l| l.log).fold(f64::NEG_INFINITY, f64::max);
-    let total: f64 = laws.iter().map(|l| (l.log - best).exp()).sum();
+    let weights: Vec<f64> = laws.iter().map(|l| (l.log - best).exp()).collect();
+    let total: f64 = weights.iter().sum();
     let of = |d: &Relative| {
-        if !(d.sd.is_finite() && d.sd > 0.0) {
+        if !d.is_known() {
             return *d;
         }
         let (mut mean, mut square, mut common) = (0.0, 0.0, 0.0);
-        for law in &laws {
-            let weight = (law.log - best).exp() / total;
+        for (law, weight) in laws.iter().zip(&weights).filter(|(_, weight)| **weight > NEGLIGIBLE) {
+            let weight = weight / total;
             let (value, [own, of_the_mean]) = law.given(d);
             mean += weight * value;
             square += weight * (own + of_the_mean + value * value);
@@ -54,7 +67,14 @@ pub(super) fn shared(own: &[Relative]) -> Vec<Relative> {
     own.iter().map(of).collect()
 }
 
-/// One value of tau, with the logarithm of its likelihood, and the mean and its variance that go with it.
+impl Relative {
+    fn is_known(&self) -> bool {
+        self.sd.is_finite() && self.sd > 0.0
+    }
+}
+
+/// One pair of deviations, with the logarithm of its likelihood, and the mean and its variance that go with
+/// it.
 struct Law {
     square: f64,
     log: f64,
@@ -63,17 +83,18 @@ struct Law {
 }
 
 impl Law {
-    fn of(known: &[Relative], tau: f64) -> Self {
-        let square = tau * tau;
+    fn of(known: &[Relative], tau: f64, size: f64) -> Self {
+        let (square, prior) = (tau * tau, (size * size).recip());
         let weight = |d: &Relative| (square + d.sd * d.sd).recip();
-        let total: f64 = known.iter().map(weight).sum();
+        let total: f64 = known.iter().map(weight).sum::<f64>() + prior;
         let mean = known.iter().map(|d| weight(d) * d.rate).sum::<f64>() / total;
         let term = |d: &Relative| weight(d).ln() - weight(d) * (d.rate - mean).powi(2);
-        let log = 0.5 * (known.iter().map(term).sum::<f64>() - total.ln());
+        let of_mean = if prior > 0.0 { prior.ln() - prior * mean * mean } else { 0.0 };
+        let log = 0.5 * (known.iter().map(term).sum::<f64>() + of_mean - total.ln());
         Self { square, log, mean, variance: total.recip() }
     }
 
-    /// Mean and variance of a drift that was measured so: its own part, and that of the mean drift.
+    /// Mean and variance of a number that was measured so: its own part, and that of the mean.
     fn given(&self, d: &Relative) -> (f64, [f64; 2]) {
         let own = d.sd * d.sd;
         let share = own / (self.square + own);

@@ -1,7 +1,7 @@
 //! What became of one record.
 
 use crate::Fault;
-use crate::ping::Drift;
+use crate::ping::{Drift, Excess};
 use rijke_rig::{Click, Ping, Rejection};
 
 /// The fit of one ping.
@@ -11,6 +11,7 @@ pub(super) struct PingOfRecord {
     pub(super) repeat: usize,
     pub(super) ping: Ping,
     pub(super) drift: Drift,
+    pub(super) excess: Excess,
     /// The microphones that tell of it.
     pub(super) live: Vec<usize>,
     /// Those that recorded it and were left out, and why.

@@ -98,7 +98,7 @@ pub(super) fn in_words(all: &[LeftOut], count: usize) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::ping::Drift;
+    use crate::ping::{Drift, Excess};
     use rijke_numerics::{C64, Matrix};
     use rijke_rig::Ping;
 
@@ -113,6 +113,7 @@ mod tests {
             repeat,
             ping: ping.clone(),
             drift: Drift::default(),
+            excess: Excess::default(),
             live: if repeat < without { vec![0, 1] } else { vec![0, 1, 2] },
             left_out: if repeat < without { vec![(2, fault.clone())] } else { Vec::new() },
         };

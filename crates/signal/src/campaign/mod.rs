@@ -3,6 +3,7 @@
 mod calibration;
 mod contradictions;
 mod drifts;
+mod excesses;
 mod fitted;
 mod gains;
 mod kept;

@@ -4,6 +4,7 @@
 use super::calibration::{Calibrated, calibrate};
 use super::contradictions::contradictions;
 use super::drifts::{Learnt, drift_in_words, learnt, without_drift};
+use super::excesses::{excess_in_words, excesses_of, without_excess};
 use super::fitted::{Fitted, PingOfRecord, rejection};
 use super::gains::{OfPoint, wandering};
 use super::kept::Kept;
@@ -16,8 +17,7 @@ use super::rates::{of_other_rates, without_shapes};
 use super::repeated::{combine_clicks, combine_pings, ping_of, turn_inverted};
 use crate::click::fit_click;
 use crate::dsp::noise::other_mains;
-use crate::ping::Drift;
-use crate::ping::{PingOptions, fit_majority};
+use crate::ping::{Drift, PingOptions, fit_majority};
 use crate::repeats::{Repeats, pool};
 use crate::{Fault, Trace};
 use rayon::prelude::*;
@@ -134,6 +134,7 @@ pub fn process_again(
     let microphones = set.rig.microphones.positions.len();
     let numbers = set.acquisition.numbers(microphones);
     let drifts = drifts_of(&jobs, &fitted, set.points.len());
+    let excesses = excesses_of(&jobs, &fitted, set.points.len());
     // Fits are given up as their means are made: those of a whole campaign are not held twice.
     let mut fitted = jobs.iter().zip(fitted).peekable();
     let (mut gathered, mut corrections) = (Vec::with_capacity(set.points.len()), Vec::new());
@@ -182,7 +183,14 @@ pub fn process_again(
                 dead.join(", ")
             ));
         }
-        let among = |p: PingOfRecord| (p.repeat, p.ping.among(&p.live, microphones).only(&live), p.drift);
+        let (own_excess, excess) = &excesses[k];
+        if own_excess.is_significant() || excess.is_significant() {
+            notes.push(excess_in_words(&records.point.id, excess));
+        }
+        let among = |p: PingOfRecord| {
+            let ping = without_excess(&p, excess);
+            (p.repeat, ping.among(&p.live, microphones).only(&live), p.drift)
+        };
         let pings = pings.into_iter().map(among).collect();
         let (own, (drift, of_all)) = &drifts[k];
         let mut pings = without_drift(pings, drift);
@@ -192,8 +200,8 @@ pub fn process_again(
         corrections.extend(turn_inverted(&mut pings, &records.pings, &named));
         let ping_repeats = combine_pings(&mut pings, &records.pings, &named, &mut rejections);
         let click_repeats = combine_clicks(&mut clicks, &records.clicks, &numbers, &mut rejections);
-        let of_drift = (*drift, *of_all);
-        gathered.push(Gathered { pings, live, clicks, ping_repeats, click_repeats, of_drift });
+        let (of_drift, of_excess) = ((*drift, *of_all), excess.variance_if_known());
+        gathered.push(Gathered { pings, live, clicks, ping_repeats, click_repeats, of_drift, of_excess });
     }
     notes.extend(in_words(&all_left_out, set.points.iter().map(|p| p.pings.len()).sum()));
     let hum = hum_in_words(&hums, options.ping.mains_hz);
@@ -219,15 +227,17 @@ pub fn process_again(
     let others = if at_any_rate || !shapes { Vec::new() } else { of_other_rates(set) };
     notes.extend(others.first().map(|_| without_shapes(set, &others)));
     for (k, (gathered, records)) in gathered.into_iter().zip(&set.points).enumerate() {
-        let Gathered { pings, live, clicks, mut ping_repeats, click_repeats, of_drift } = gathered;
+        let Gathered { pings, live, clicks, mut ping_repeats, click_repeats, of_drift, of_excess } = gathered;
         let (drift, of_all) = of_drift;
-        // The error of the drift is common to all repeats.
+        // The errors of drift and excess are common to all repeats.
         let of_drift = if drift.sd.is_finite() { drift.variance() } else { 0.0 };
         if let Some(repeats) = &mut ping_repeats {
+            repeats.covariance[(0, 0)] += of_excess;
             repeats.covariance[(1, 1)] += of_drift;
         }
         let drifting = |ping: &Ping| {
             let mut ping = ping.clone();
+            ping.covariance[(0, 0)] += of_excess;
             ping.covariance[(1, 1)] += of_drift;
             ping
         };
@@ -321,6 +331,8 @@ struct Gathered {
     click_repeats: Option<Repeats>,
     /// What was taken out of all pings; of infinite error if nothing was.
     of_drift: Learnt,
+    /// Variance of the growth rates that all pings have in common, from the excess of damping.
+    of_excess: f64,
 }
 
 /// Fits a ping whose channels are the `live` microphones.
@@ -335,6 +347,7 @@ fn ping_of_record(
         repeat,
         ping: found.fit.ping,
         drift: found.fit.drift,
+        excess: found.fit.excess,
         live: found.kept.iter().map(|place| live[*place]).collect(),
         left_out: found.left_out.into_iter().map(|(m, fault)| (live[m], fault.numbered(live))).collect(),
     })

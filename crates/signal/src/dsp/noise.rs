@@ -223,11 +223,12 @@ pub(crate) fn invert_lower(lower: &Matrix) -> Matrix {
     inverse
 }
 
-/// Harmonics of the mains that stand out of a stretch of noise, found and subtracted in place.
+/// Harmonics of the mains that stand out of a stretch of noise, found and subtracted in place, but for those
+/// that are `left` there.
 ///
 /// `mains_hz` is the nominal frequency: over the half second used, its drift by 0.1 Hz costs 1 % of the
 /// subtraction. Returns the numbers of the harmonics.
-pub(crate) fn remove_hum(noise: &mut [Vec<f64>], rate_hz: f64, mains_hz: f64) -> Vec<u32> {
+pub(crate) fn remove_hum(noise: &mut [Vec<f64>], rate_hz: f64, mains_hz: f64, left: &[u32]) -> Vec<u32> {
     let mut present = Vec::new();
     for y in noise.iter_mut() {
         let mean = y.iter().sum::<f64>() / y.len() as f64;
@@ -238,7 +239,7 @@ pub(crate) fn remove_hum(noise: &mut [Vec<f64>], rate_hz: f64, mains_hz: f64) ->
         return present;
     }
     let highest = MAX_HARMONIC.min((0.4 * rate_hz / mains_hz) as u32);
-    for harmonic in 1..=highest {
+    for harmonic in (1..=highest).filter(|h| !left.contains(h)) {
         let turn = C64::from_polar(1.0, std::f64::consts::TAU * mains_hz * f64::from(harmonic) / rate_hz);
         let wave = Powers::new(turn, length);
         let amplitudes: Vec<C64> = tone(noise, &wave);

@@ -32,6 +32,8 @@ pub(super) struct Decay<'a> {
     /// White residuals, row by row.
     pub(super) left: &'a [f64],
     pub(super) step: f64,
+    /// The decay itself, for the amplitude 1.
+    pub(super) wave: &'a Powers,
     /// Variance of the white noise.
     pub(super) variance: f64,
 }
@@ -93,7 +95,7 @@ impl Decay<'_> {
     fn slopes(&self) -> (Vec<C64>, f64) {
         let channels = self.white.len();
         let rows = self.left.len() / channels.max(1);
-        let phasors = Powers::new((self.s * self.step).exp(), rows);
+        let phasors = self.wave;
         let (mut m0, mut m1, mut m2) = (0.0, 0.0, 0.0);
         for n in 0..rows {
             let (t, weight) = (n as f64 * self.step, phasors.re[n].powi(2) + phasors.im[n].powi(2));

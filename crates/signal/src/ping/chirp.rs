@@ -8,8 +8,7 @@
 //! so is fitted, with all else, as a free number of the mode. For an endless record
 //! a/2 is one decay time: the fit without chi has found the frequency of that moment.
 
-use crate::dsp::kernels::Powers;
-use crate::ringdown::{Solution, White};
+use crate::ringdown::Solution;
 use rijke_numerics::C64;
 use rijke_rig::Ping;
 
@@ -31,14 +30,14 @@ pub struct Drift {
 const SIGNIFICANT: f64 = 4.0;
 
 impl Drift {
-    /// The drift that a fit of `white` has found, or, if it was not looked for, that its residuals show.
-    pub(crate) fn of(found: &Solution, white: White<'_>) -> Self {
-        match (found.components[0].chirp, found.chirp_covariance()) {
+    /// The drift that a fit has found, or, if it was not looked for, that its residuals `left` show.
+    pub(crate) fn of(found: &Solution, left: &[f64], step: f64) -> Self {
+        match (found.components[0].chirp, found.curve_covariance(2)) {
             (Some(rate), Some([own, mixed])) => {
                 let sd = (found.variance() * own).sqrt();
                 Self { rate, sd, moment: -mixed / own, unsure: 0.0 }.or_none()
             }
-            _ => Self::left_by(found, white),
+            _ => Self::left_by(found, left, step),
         }
     }
 
@@ -53,15 +52,14 @@ impl Drift {
         (0..rows).map(weight).collect()
     }
 
-    /// The drift of the first mode that the residuals of a fit of `white` show, beyond the one it has.
-    pub(crate) fn left_by(found: &Solution, white: White<'_>) -> Self {
+    /// The drift of a fit that has none, as its residuals show it.
+    pub(crate) fn left_by(found: &Solution, left: &[f64], step: f64) -> Self {
         let (s, amplitudes, variance) = (found.components[0].s, &found.amplitudes[0], found.variance());
-        let (left, step) = (found.residuals(white, 0.0), white.step);
         let rows = left.len() / amplitudes.len().max(1);
         let ([a, c], spread) = curve(-s.re, rows, step);
         let strength: f64 = amplitudes.iter().map(C64::norm_sqr).sum();
         let information = 0.125 * strength * spread;
-        let phasors = Powers::new((s * step).exp(), rows);
+        let phasors = found.wave(rows, step);
         let mut score = 0.0;
         for (n, row) in left.chunks_exact(amplitudes.len()).enumerate() {
             let (mut re, mut im) = (0.0, 0.0);

@@ -6,7 +6,7 @@ mod unstable;
 use super::forcing::{Envelope, FORCED, strongest};
 use super::options::PingOptions;
 use super::search::{Search, floor};
-use super::verdict::tone;
+use super::verdict::{loudness, tones};
 use crate::ringdown::{Component, Kind, SEARCHING, Solution, White, glance, solve};
 use crate::{Fault, Trace};
 use rijke_numerics::C64;
@@ -57,15 +57,14 @@ pub(crate) fn still_driven(
     let omega = strongest(forcing, search.options.band_hz)?;
     let decay = white.slice(from, to);
     let size = |b: &[C64]| b.iter().map(C64::norm_sqr).sum::<f64>().sqrt();
-    let squares = (0..white.channels).map(|m| tone(forcing, 0, forcing.rows(), m, omega / TAU).powi(2));
-    let forced = squares.sum::<f64>().sqrt();
+    let forced = loudness(forcing, 0, forcing.rows(), omega / TAU);
     // The tone that goes on may have been taken for the mode.
     let share = size(&known.amplitudes[0]) / forced;
     if share < FAINT {
         return Some(Fault::StillDriven { frequency_hz: omega / TAU, share });
     }
     let mut components = known.components.clone();
-    components[0].chirp = None;
+    components[0] = Component::new(components[0].s, components[0].kind);
     components.insert(1, Component::new(C64::new(0.0, omega), Kind::Tone));
     let needed = 3.0 * floor(white.channels) + search.ringing.close_energy(white.step);
     if glance(decay, &components).is_ok_and(|g| g.energies[1] + g.gain < FAR_BELOW * needed) {
@@ -160,9 +159,9 @@ impl<'a> Whole<'a> {
         White { samples: &self.samples, channels: self.trace.channels.len(), step }
     }
 
-    /// Amplitude of a tone in one channel of the stretch that begins at `row`.
-    fn tone(&self, row: usize, channel: usize, frequency_hz: f64) -> f64 {
-        tone(self.white(), row, self.span, channel, frequency_hz)
+    /// Amplitude of a tone in each channel of the stretch that begins at `row`.
+    fn tones(&self, row: usize, frequency_hz: f64) -> Vec<f64> {
+        tones(self.white(), row, self.span, frequency_hz)
     }
 
     fn loudest(&self) -> Option<(usize, f64)> {
@@ -172,7 +171,7 @@ impl<'a> Whole<'a> {
             let Some(omega) = strongest(white.slice(from, from + span), self.options.band_hz) else {
                 continue;
             };
-            let size: f64 = (0..white.channels).map(|m| self.tone(from, m, omega / TAU).powi(2)).sum();
+            let size = loudness(white, from, span, omega / TAU);
             if size > best.0 {
                 best = (size, from, omega / TAU);
             }
@@ -184,18 +183,19 @@ impl<'a> Whole<'a> {
     fn hum(&self) -> Option<Fault> {
         let last = self.white().rows().checked_sub(self.span)?;
         let channels = self.trace.channels.len();
-        let mode: Vec<f64> = (0..channels).map(|m| self.tone(self.from, m, self.loudest_hz)).collect();
+        let mode = self.tones(self.from, self.loudest_hz);
         let mut sorted = mode.clone();
         sorted.sort_by(f64::total_cmp);
         let median = sorted[sorted.len() / 2];
         let mut strongest: Option<(f64, usize, f64)> = None;
+        let harmonics = [1.0, 2.0, 3.0].map(|h| self.options.mains_hz * h);
+        let both = harmonics.map(|hz| [0, last].map(|row| self.tones(row, hz)));
         for channel in 0..channels {
-            for harmonic in 1..=3 {
-                let frequency_hz = self.options.mains_hz * f64::from(harmonic);
+            for (frequency_hz, both) in harmonics.into_iter().zip(&both) {
                 if (frequency_hz - self.loudest_hz).abs() < 2.0 / SPAN {
                     continue;
                 }
-                let [a, b] = [0, last].map(|row| self.tone(row, channel, frequency_hz));
+                let [a, b] = [both[0][channel], both[1][channel]];
                 if (a - b).abs() > ALIKE * a.max(b) {
                     continue;
                 }
@@ -215,10 +215,7 @@ impl<'a> Whole<'a> {
     /// The tone of the forcing, steady at the end of the record, and not there at its beginning.
     fn lasting(&self) -> Option<Fault> {
         let (from, span, frequency_hz) = (self.from, self.span, self.loudest_hz);
-        let size = |row: usize| {
-            let channels = 0..self.trace.channels.len();
-            channels.map(|m| self.tone(row, m, frequency_hz).powi(2)).sum::<f64>().sqrt()
-        };
+        let size = |row: usize| loudness(self.white(), row, span, frequency_hz);
         let last = self.white().rows().checked_sub(span)?;
         let (end, before) = (size(last), size(last.checked_sub(span)?));
         let share = end / size(from);
@@ -244,21 +241,21 @@ impl<'a> Whole<'a> {
         if 3.0 * mode_hz > 0.45 * self.trace.rate_hz || span < 64 {
             return None;
         }
-        let third = |row: usize, channel: usize| self.tone(row, channel, 3.0 * mode_hz);
-        let share = |row: usize, channel: usize| third(row, channel) / self.tone(row, channel, mode_hz);
-        let channels = 0..self.trace.channels.len();
-        let channel = channels.max_by(|&a, &b| share(from, a).total_cmp(&share(from, b)))?;
-        let first = self.tone(from, channel, mode_hz);
+        let third = self.tones(from, 3.0 * mode_hz);
+        let mode = self.tones(from, mode_hz);
+        let share = |m: usize| third[m] / mode[m];
+        let channel = (0..mode.len()).max_by(|&a, &b| share(a).total_cmp(&share(b)))?;
         let mut row = from;
-        while self.tone(row, channel, mode_hz) > 0.5 * first {
+        while self.tones(row, mode_hz)[channel] > 0.5 * mode[channel] {
             row += span / 4;
             if row + span > self.white().rows() {
                 return None;
             }
         }
-        let (early, late) = (share(from, channel), share(row, channel));
-        let noise = || tone(self.white(), 0, span.min(quiet.max(1)), channel, 3.0 * mode_hz);
-        let clear = quiet < span || third(from, channel) > CLEAR * noise();
+        let late = self.tones(row, 3.0 * mode_hz)[channel] / self.tones(row, mode_hz)[channel];
+        let early = share(channel);
+        let noise = || tones(self.white(), 0, span.min(quiet.max(1)), 3.0 * mode_hz)[channel];
+        let clear = quiet < span || third[channel] > CLEAR * noise();
         (clear && early > BENT && late < FALLS * early).then_some(Fault::Saturated { channel, share: early })
     }
 }

@@ -1,12 +1,13 @@
-//! A chirp or a second mode: which of them a decay holds that one mode does not explain.
+//! A chirp, an excess of damping or a second mode: which of them a decay holds that one mode does not explain.
 //!
-//! A frequency that drifts during the decay looks like two modes close together, and two modes look like a
-//! drift. Of the fits with and without a chirp, with and without close neighbours, that of most likelihood
+//! A frequency that drifts during the decay looks like two modes close together, as does a damping that
+//! depends on the amplitude, and two modes look like these. Of the fits with and without them, that of most likelihood
 //! counts, each free number at a price of half the logarithm of the number of samples (Schwarz, Ann. Statist.
 //! 6 (1978) 461).
 
+use super::excess::Excess;
 use super::ringing::Ringing;
-use crate::ringdown::{Component, Kind, Solution, White};
+use crate::ringdown::{Component, Kind, Solution, White, glance};
 use std::f64::consts::TAU;
 
 /// Distance from every known component, Hz, at which a further tone is sought: nearer ones are what the first
@@ -14,6 +15,9 @@ use std::f64::consts::TAU;
 pub(super) const APART_HZ: f64 = 12.0;
 /// Standard deviations of the residual variance beyond which something is left to explain.
 const LEFT: f64 = 4.0;
+
+/// Share of its price that one step must foresee a free number to be worth, or no fit is made with it.
+const PROMISE: f64 = 0.5;
 
 /// Whether a fit may be of the wrong kind: it has a mode close to the first one, or leaves more than noise of
 /// the given variance.
@@ -30,35 +34,46 @@ pub(super) fn fairest(
     found: Solution,
     fit: &dyn Fn(Vec<Component>) -> Option<Solution>,
 ) -> Solution {
-    let with = |list: &[Component], chirp: Option<f64>, close: bool| -> Vec<Component> {
-        let mut list: Vec<Component> = list
-            .iter()
-            .enumerate()
-            .filter(|(k, c)| *k == 0 || close || !is_close(c, &list[0]))
-            .map(|(_, c)| *c)
-            .collect();
-        list[0].chirp = chirp;
+    let with = |list: &[Component], chirp: Option<f64>, excess: Option<f64>, close: bool| {
+        let far = |(k, c): &(usize, &Component)| *k == 0 || close || !is_close(c, &list[0]);
+        let mut list: Vec<Component> = list.iter().enumerate().filter(far).map(|(_, c)| *c).collect();
+        (list[0].chirp, list[0].excess) = (chirp, excess);
         list
     };
     let now = &found.components;
-    let chirp = Some(now[0].chirp.unwrap_or(0.0));
-    let mut tried = vec![with(now, chirp, false)];
-    if has_close_neighbour(now) {
-        tried.push(with(now, chirp, true));
-        // The two may lie on both sides of the one.
-        tried.push(merged(&found, with(now, chirp, false)));
+    let samples = (white.samples.len().max(2) as f64).ln();
+    let (chirp, excess) = (Some(now[0].chirp.unwrap_or(0.0)), Some(now[0].excess.unwrap_or(0.0)));
+    let told = Excess::is_told(now[0].s.re, white.rows(), white.step);
+    let excess = excess.filter(|_| told);
+    let have = [now[0].chirp.is_some(), now[0].excess.is_some()];
+    let foresees = |curves: &[Option<f64>; 2], price: usize| {
+        let gain = glance(white, &with(now, curves[0], curves[1], false)).map_or(0.0, |g| g.gain);
+        gain >= PROMISE * price as f64 * samples * found.variance().max(noise)
+    };
+    let close = has_close_neighbour(now);
+    // What both together do not foresee, neither does alone.
+    let worth = close || have != [false; 2] || foresees(&[chirp, excess], 1);
+    let mut tried = Vec::new();
+    for curves in [[chirp, None], [None, excess], [chirp, excess], [None, None]] {
+        let has = curves.map(|c| c.is_some());
+        let more = has.iter().zip(have).filter(|(now, before)| **now && !before).count();
+        if close || worth && has != have && foresees(&curves, more) {
+            tried.push(with(now, curves[0], curves[1], false));
+        }
     }
-    if now[0].chirp.is_some() {
-        tried.push(with(now, None, false));
+    if has_close_neighbour(now) {
+        tried.push(with(now, chirp, None, true));
+        // The two may lie on both sides of the one.
+        tried.push(merged(&found, with(now, chirp, None, false)));
+        tried.extend(excess.map(|_| merged(&found, with(now, None, excess, false))));
     }
     let others: Vec<Solution> = tried.into_iter().filter_map(fit).collect();
     let least = others.iter().map(Solution::variance).fold(found.variance(), f64::min).max(noise);
-    let samples = (white.samples.len().max(2) as f64).ln();
     let chance = ringing.close_energy(white.step);
     let cost = |s: &Solution| {
         let close = s.components.iter().skip(1).filter(|c| is_close(c, &s.components[0])).count() as f64;
-        let bent = if s.components[0].chirp.is_some() { 0.5 } else { 0.0 };
-        (s.residual + chance * (close + bent)) / least + samples * s.numbers() as f64
+        let curves = [s.components[0].chirp, s.components[0].excess].into_iter().flatten().count() as f64;
+        (s.residual + chance * (close + 0.5 * curves)) / least + samples * s.numbers() as f64
     };
     others.into_iter().fold(found, |best, next| if cost(&next) < cost(&best) { next } else { best })
 }

@@ -4,7 +4,8 @@ use super::backwards::last_decay;
 use super::chirp::Drift;
 use super::diagnosis;
 use super::driven;
-use super::fairest::{self, has_close_neighbour};
+use super::excess::Excess;
+use super::fairest::{self, APART_HZ, has_close_neighbour};
 use super::forcing::{Change, Envelope};
 use super::found::PingFit;
 use super::judged::Fitted;
@@ -16,7 +17,7 @@ use super::search::Search;
 use super::silence;
 use super::verdict;
 use crate::dsp::noise::{Whitener, remove_hum};
-use crate::ringdown::{SEARCHING, SETTLING, White};
+use crate::ringdown::{Component, Kind, SEARCHING, SETTLING, Solution, White};
 use crate::{Fault, Trace};
 
 /// Fewest samples of the quiet part from which the noise is learnt; with fewer, it is learnt from residuals.
@@ -57,11 +58,18 @@ pub fn fit_ping(trace: &Trace<'_>, options: &PingOptions) -> Result<PingFit, Fau
     let noise = if let Some(deviations) = deviations {
         Noise::of(Whitener::scaling(&deviations), Vec::new())
     } else if quiet >= MIN_QUIET {
-        let mut noise: Vec<Vec<f64>> = trace.channels.iter().map(|y| y[..quiet].to_vec()).collect();
-        let harmonics = remove_hum(&mut noise, trace.rate_hz, options.mains_hz);
+        let silence = || -> Vec<Vec<f64>> { trace.channels.iter().map(|y| y[..quiet].to_vec()).collect() };
+        let mut noise = silence();
+        let mut harmonics = remove_hum(&mut noise, trace.rate_hz, options.mains_hz, &[]);
         let narrow_hz =
             diagnosis::loudest(trace, options).filter(|hz| ringing::rings(&noise, trace.rate_hz, *hz));
         if let Some(hz) = narrow_hz {
+            // A short silence does not tell noise that rings the mode from hum beside it: the decay does.
+            let beside = |h: &u32| (f64::from(*h) * options.mains_hz - hz).abs() < APART_HZ;
+            let beside: Vec<u32> = harmonics.iter().copied().filter(beside).collect();
+            noise = silence();
+            harmonics = remove_hum(&mut noise, trace.rate_hz, options.mains_hz, &beside);
+            harmonics.extend(beside);
             // A filter learnt from it would take the mode for noise.
             let deviations: Vec<f64> =
                 noise.iter().map(|y| ringing::calm_deviation(y, trace.rate_hz, hz)).collect();
@@ -244,6 +252,13 @@ fn fit_whitened(
     let length = (options.decay_times / (-growth_rate * step)).ceil() as usize;
     let mut to = white.rows().min(from + length.max(need));
     let mut solution = search.solve(white.slice(from, to), early(from), components, SETTLING)?;
+    let real = search.real_harmonics(&solution, step)?;
+    if real.len() < harmonics.len() {
+        search.harmonics = &real;
+        let is_real = |c: &Component| !matches!(c.kind, Kind::Mains(h) if !real.contains(&h));
+        let components = solution.components.iter().copied().filter(is_real).collect();
+        solution = search.solve(white.slice(from, to), early(from), components, SETTLING)?;
+    }
     if least_amplitude > 0.0 {
         let loudest = solution.amplitudes[0].iter().map(|a| a.norm()).fold(0.0, f64::max);
         let lasts =
@@ -254,13 +269,18 @@ fn fit_whitened(
     }
     let part = white.slice(from, to);
     let noise = ringing.added_to(1.0, channels);
-    if fairest::is_doubtful(&solution, noise) || Drift::left_by(&solution, part).is_significant() {
+    let rest = |from: usize, solution: &Solution| solution.residuals(white.slice(from, white.rows()), 0.0);
+    let mut left = rest(from, &solution);
+    let inside = &left[..(to - from) * channels];
+    let is_curved = Drift::left_by(&solution, inside, step).is_significant()
+        || Excess::left_by(&solution, inside, step).is_significant();
+    if fairest::is_doubtful(&solution, noise) || is_curved {
         let fit = |components| search.solve(part, early(from), components, SETTLING).ok();
         solution = fairest::fairest(part, (noise, ringing), solution, &fit);
+        left = rest(from, &solution);
     }
     if search.ringing.is_some() {
         // A silence of a few decay times may be quieter than the rest.
-        let left = solution.residuals(white.slice(from, white.rows()), 0.0);
         let runs = [quietness, White { samples: &left, ..white }];
         let found = ringing::power(solution.components[0].s, &solution.amplitudes[0], &runs);
         search.ringing = search.ringing.at_least(found, solution.components[0].s);
@@ -284,9 +304,12 @@ fn fit_whitened(
     {
         return Err(fault);
     }
+    if from > begin {
+        left = rest(from, &solution);
+    }
     Ok(Fitted {
         whitener: whitener.clone(),
-        harmonics: harmonics.clone(),
+        harmonics: search.harmonics.to_vec(),
         silence,
         ringing: search.ringing,
         learnt_from: if quiet >= MIN_QUIET { quiet } else { white.rows() },
@@ -298,6 +321,6 @@ fn fit_whitened(
         guess: subspace,
         doubtful: has_close_neighbour(&solution.components) || envelope.falls_late(channels, step),
         solution,
-        white: samples,
+        left,
     })
 }

@@ -220,7 +220,10 @@ pub(crate) fn forced(stretch: White<'_>, omega: f64, kind: Kind, free: &Solution
     let known: Vec<Component> = free.components.iter().filter(|c| c.kind == Kind::Mode).copied().collect();
     // Amplitudes of modes that do not sound take up half of this, on average.
     let chance = (4 * known.len() * stretch.channels) as f64;
-    tones.splice(1..1, known.into_iter().map(|c| Component { kind: Kind::Known, chirp: None, ..c }));
+    tones.splice(
+        1..1,
+        known.into_iter().map(|c| Component { kind: Kind::Known, ..Component::new(c.s, c.kind) }),
+    );
     match (steady, solve(stretch, &tones, SETTLING)) {
         (Ok(steady), Ok(risen)) if steady.residual - risen.residual < chance => Some(steady),
         (steady, risen) => risen.or(steady).ok(),

@@ -1,6 +1,7 @@
 //! What the fit of a ping has found.
 
 use super::chirp::Drift;
+use super::excess::Excess;
 use rijke_numerics::C64;
 use rijke_rig::Ping;
 
@@ -31,6 +32,9 @@ pub struct PingFit {
     /// the frequency at the end of the forcing, with the error that the drift leaves; otherwise the frequency
     /// is that of about one decay time later.
     pub drift: Drift,
+    /// How the damping depends on the amplitude. If that is significant, `ping` and `modes` hold the growth
+    /// rate at small amplitude, with the error that the excess leaves.
+    pub excess: Excess,
     /// Ljung-Box statistic of the whitened residuals over 20 lags and all channels, as a standard normal
     /// deviate; the colour of the noise is known only as well as the quiet part shows it, which is allowed
     /// for.
@@ -38,14 +42,17 @@ pub struct PingFit {
 }
 
 impl PingFit {
-    /// The ping with the frequency at the end of the forcing and the error that any drift leaves, found or
-    /// not: a drift below what one record shows moves the frequency by several of the errors that a steady
-    /// one would have.
+    /// The ping with the frequency at the end of the forcing and the growth rate at small amplitude, and with
+    /// the errors that any drift and any excess leave, found or not: those below what one record shows move
+    /// frequency and growth rate by several of the errors that they would have without.
     #[must_use]
     pub fn at_the_end_of_forcing(&self) -> Ping {
         let mut ping = self.ping.clone();
         if !self.drift.is_significant() && self.drift.sd.is_finite() {
             self.drift.remove(&mut ping);
+        }
+        if !self.excess.is_significant() && self.excess.sd.is_finite() {
+            self.excess.remove(&mut ping);
         }
         ping
     }

@@ -2,6 +2,7 @@
 
 use super::alike::Decay;
 use super::chirp::Drift;
+use super::excess::Excess;
 use super::forcing::Change;
 use super::found::PingFit;
 use super::options::PingOptions;
@@ -25,14 +26,15 @@ pub(super) struct Fitted {
     /// The quiet part, white.
     pub(super) silence: Vec<f64>,
     pub(super) ringing: Ringing,
-    pub(super) white: Vec<f64>,
+    /// What the fit leaves of the white record, from the first of `rows` to its end.
+    pub(super) left: Vec<f64>,
     pub(super) channels: usize,
     pub(super) step: f64,
     /// Samples from which the colour of the noise was learnt.
     pub(super) learnt_from: usize,
-    /// First sample of the record that `white` stands for.
+    /// First sample of the record that the rows stand for.
     pub(super) offset: usize,
-    /// Rows of `white` that were fitted.
+    /// Rows that were fitted.
     pub(super) rows: (usize, usize),
     /// Where the forcing ended.
     pub(super) end: Change,
@@ -43,16 +45,9 @@ pub(super) struct Fitted {
 }
 
 impl Fitted {
-    fn white(&self, from: usize, to: usize) -> White<'_> {
-        White {
-            samples: &self.white[from * self.channels..to * self.channels],
-            channels: self.channels,
-            step: self.step,
-        }
-    }
-
-    pub(super) fn residuals(&self) -> Vec<f64> {
-        self.solution.residuals(self.white(self.rows.0, self.rows.1), 0.0)
+    /// What is left of the rows that were fitted.
+    pub(super) fn residuals(&self) -> &[f64] {
+        &self.left[..(self.rows.1 - self.rows.0) * self.channels]
     }
 
     /// Power of the noise that rings the mode, if there is any, enlarged for the few degrees of freedom that
@@ -60,15 +55,11 @@ impl Fitted {
     fn narrow(&self) -> Result<Option<f64>, Fault> {
         let (s, shape) = (self.solution.components[0].s, &self.solution.amplitudes[0]);
         let white = |samples| White { samples, channels: self.channels, step: self.step };
-        let rest = self.white(self.rows.0, self.white.len() / self.channels);
-        let left = self.solution.residuals(rest, 0.0);
-        let found = ringing::power(s, shape, &[white(&self.silence), white(&left)]);
+        let found = ringing::power(s, shape, &[white(&self.silence), white(&self.left)]);
         if self.ringing.is_some() {
             let silent = ringing::power(s, shape, &[white(&self.silence)]).or(found);
             let most = silent.map_or(self.ringing.power, |p| p.value).max(0.5 * self.ringing.power);
-            if let Some((row, ratio)) =
-                ringing::beyond(white(&left[..(self.rows.1 - self.rows.0) * self.channels]), s, most)
-            {
+            if let Some((row, ratio)) = ringing::beyond(white(self.residuals()), s, most) {
                 let at = (self.offset + self.rows.0 + row) as f64 * self.step;
                 let frequency_hz = s.im / std::f64::consts::TAU;
                 return Err(Fault::Residual { at, channel: 0, ratio, frequency_hz });
@@ -105,7 +96,7 @@ impl Fitted {
         verdict::signal(&signal_to_noise, options.silent_channels)?;
         let left = self.residuals();
         let rings = self.ringing.is_some();
-        let calm = self.ringing.taken_out(White { samples: &left, channels: self.channels, step: self.step });
+        let calm = self.ringing.taken_out(White { samples: left, channels: self.channels, step: self.step });
         let narrow = self.narrow()?;
         let residue = Residue {
             samples: &calm,
@@ -126,18 +117,27 @@ impl Fitted {
             if rings { ringing::calm_variance(&calm, s, self.step) } else { self.solution.variance() };
         let whiten = &self.whitener.whiten(s, self.step);
         let (white, amplitudes_now, step) = (white_amplitudes, &amplitudes, self.step);
-        Decay { s, white, amplitudes: amplitudes_now, whiten, left: &left, step, variance }.check()?;
+        let wave = &self.solution.wave(to - from, step);
+        Decay { s, white, amplitudes: amplitudes_now, whiten, left, step, wave, variance }.check()?;
         let covariance = self.solution.mode_covariance(0);
         let mut ping =
             relative(s, &amplitudes, options.reference, &unwhiten, &log_slopes, &covariance, variance);
-        let drift = Drift::of(&self.solution, self.white(from, to)).with_variance(&self.solution, variance);
+        let drift = Drift::of(&self.solution, left, step).with_variance(&self.solution, variance);
+        let excess = Excess::of(&self.solution, left, step).with_variance(&self.solution, variance);
+        if self.solution.components[0].excess.is_some() {
+            excess.put_back(&mut ping);
+        }
         if self.solution.components[0].chirp.is_some() {
             drift.put_back(&mut ping);
         }
         let since = |rows: usize| rows as f64 * self.step;
         let mut drift = drift.counted_from(since(from - self.end.row), since(self.end.lag + 1));
+        let mut excess = excess.counted_from((-s.re * since(from - self.end.row)).exp());
         if let Some(power) = narrow {
-            ringing::widen(&mut ping, &mut drift, power, &self.solution, to - from, self.step);
+            ringing::widen(&mut ping, (&mut drift, &mut excess), power, &self.solution, to - from, self.step);
+        }
+        if excess.is_significant() {
+            excess.remove(&mut ping);
         }
         if drift.is_significant() {
             let apart = |c: &Component| (c.s.im - s.im).abs() / std::f64::consts::TAU;
@@ -157,6 +157,7 @@ impl Fitted {
             ping,
             modes,
             drift,
+            excess,
             subspace_guess: self.guess,
             amplitudes,
             tones,

@@ -56,15 +56,18 @@ fn without_one(
     kept: &[usize],
     fault: &Fault,
 ) -> Option<(usize, Result<PingFit, Fault>)> {
-    let fit = |place: usize| {
-        (kept[place] != options.reference).then(|| {
-            let others: Vec<usize> = kept.iter().copied().filter(|m| *m != kept[place]).collect();
+    let all: Vec<usize> = (0..kept.len()).filter(|p| kept[*p] != options.reference).collect();
+    let fit_of = |without: &[usize]| {
+        without.iter().all(|p| all.contains(p)).then(|| {
+            let is_kept = |(p, m): (usize, &usize)| (!without.contains(&p)).then_some(*m);
+            let others: Vec<usize> = kept.iter().enumerate().filter_map(is_kept).collect();
             let channels: Vec<Vec<f64>> = others.iter().map(|m| trace.channels[*m].clone()).collect();
             let reference = others.iter().position(|m| *m == options.reference).unwrap_or(0);
             let part = Trace { channels: &channels, ..*trace };
             fit_ping(&part, &PingOptions { reference, ..options.clone() })
         })
     };
+    let fit = |place: usize| fit_of(&[place]);
     let in_order =
         |found: &Result<PingFit, Fault>| found.as_ref().is_ok_and(|fit| fit.residual_variance < IN_ORDER);
     match fault {
@@ -75,22 +78,26 @@ fn without_one(
         | Fault::OnlyHum { channel, .. } => fit(*channel).map(|found| (*channel, found)),
         Fault::Residual { channel, .. } => {
             let found = fit(*channel).filter(in_order);
-            found.map(|found| (*channel, found)).or_else(|| the_only(kept.len(), &fit, &in_order))
+            found.map(|found| (*channel, found)).or_else(|| the_only(&all, &fit_of, &in_order))
         }
         Fault::NotFree { .. } | Fault::NotConverged { .. } | Fault::Singular(_) | Fault::HumBurst { .. } => {
-            the_only(kept.len(), &fit, &in_order)
+            the_only(&all, &fit_of, &in_order)
         }
         _ => None,
     }
 }
 
-/// The only place without which the others are in order.
+/// The only place without which the others are in order. What is wrong in all channels is wrong without half
+/// of them, too: then none is tried alone.
 fn the_only(
-    count: usize,
-    fit: &impl Fn(usize) -> Option<Result<PingFit, Fault>>,
+    places: &[usize],
+    fit: &impl Fn(&[usize]) -> Option<Result<PingFit, Fault>>,
     in_order: &impl Fn(&Result<PingFit, Fault>) -> bool,
 ) -> Option<(usize, Result<PingFit, Fault>)> {
-    let mut found = (0..count).filter_map(|place| Some((place, fit(place).filter(in_order)?)));
+    let halves = places.chunks(places.len().div_ceil(2).max(1));
+    let worth = |half: &&[usize]| half.len() < 2 || fit(half).is_some_and(|found| in_order(&found));
+    let doubtful = halves.filter(worth).flatten();
+    let mut found = doubtful.filter_map(|place| Some((*place, fit(&[*place]).filter(in_order)?)));
     let first = found.next()?;
     found.next().is_none().then_some(first)
 }

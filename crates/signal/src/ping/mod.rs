@@ -5,6 +5,7 @@ mod backwards;
 mod chirp;
 mod diagnosis;
 mod driven;
+mod excess;
 mod fairest;
 mod fit;
 mod forcing;
@@ -22,6 +23,7 @@ mod silence;
 mod verdict;
 
 pub use chirp::Drift;
+pub use excess::Excess;
 pub use fit::fit_ping;
 pub use found::PingFit;
 pub use majority::{MajorityFit, fit_majority};

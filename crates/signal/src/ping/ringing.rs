@@ -9,8 +9,9 @@
 //! silence and tail hold a few decay times, and many such stretches.
 
 use super::chirp::Drift;
+use super::excess::Excess;
 use super::resolution::deviation;
-use super::verdict::tone;
+use super::verdict::loudness;
 use crate::dsp::kernels::dot;
 use crate::ringdown::{Solution, White};
 use rijke_numerics::{C64, Matrix};
@@ -108,7 +109,7 @@ pub(crate) fn rings(silence: &[Vec<f64>], rate_hz: f64, mode_hz: f64) -> bool {
         let of = |offset: &f64| -> f64 {
             let one = |y: &Vec<f64>| {
                 let white = White { samples: y, channels: 1, step: rate_hz.recip() };
-                tone(white, 0, rows, 0, mode_hz + offset * apart).powi(2)
+                loudness(white, 0, rows, mode_hz + offset * apart).powi(2)
             };
             silence.iter().map(one).sum()
         };
@@ -183,30 +184,42 @@ pub(crate) fn beyond(left: White<'_>, s: C64, power: f64) -> Option<(usize, f64)
     (*most > 2.0 * CHANCE * mean).then_some((k * span as usize, most / mean))
 }
 
-/// Adds to the errors of a ping and of its drift what noise of the given power, which rings the mode, makes
-/// of them. The moment becomes the one whose frequency is independent of the drift.
+/// Adds to the errors of a ping, of its drift and of its excess of damping what noise of the given power,
+/// which rings the mode, makes of them. Drift and excess then move what is independent of them.
 pub(crate) fn widen(
     ping: &mut Ping,
-    drift: &mut Drift,
+    (drift, excess): (&mut Drift, &mut Excess),
     power: f64,
     found: &Solution,
     rows: usize,
     step: f64,
 ) {
-    let (own, of_frequency) = covariance(power, found, rows, step, drift.moment);
-    ping.covariance[(0, 0)] += own;
-    if !drift.sd.is_finite() {
-        ping.covariance[(1, 1)] += own;
-        return;
+    let a = (-found.components[0].s.re).max(f64::MIN_POSITIVE);
+    let curves = [Excess::weights(a, rows, step), Drift::weights(a, rows, step)];
+    let slopes = [(excess.share, excess.sd, excess.moved), (drift.rate, drift.sd, drift.moment)];
+    let mut values = [ping.s.re, ping.s.im];
+    let mut found_slopes = slopes;
+    for (i, (curve, (rate, sd, moved))) in curves.iter().zip(slopes).enumerate() {
+        let known = if sd.is_finite() { moved } else { 0.0 };
+        let (own, of_curve) = covariance(power, found, rows, step, (known, curve));
+        let variance = &mut ping.covariance[(i, i)];
+        if !sd.is_finite() {
+            *variance += own;
+            continue;
+        }
+        // Of the number at the start, which the slope does not move, and of the slope.
+        let square = sd.powi(2);
+        let curved = square + of_curve[(1, 1)];
+        let mixed = -moved * square + of_curve[(0, 1)];
+        let start = *variance + moved.powi(2) * square + of_curve[(0, 0)];
+        let moved_now = -mixed / curved;
+        values[i] += (moved_now - moved) * rate;
+        *variance = start - mixed * mixed / curved;
+        found_slopes[i] = (rate, curved.sqrt(), moved_now);
     }
-    let square = drift.sd.powi(2);
-    let curved = square + of_frequency[(1, 1)];
-    let mixed = -drift.moment * square + of_frequency[(0, 1)];
-    let start = ping.covariance[(1, 1)] + drift.moment.powi(2) * square + of_frequency[(0, 0)];
-    let moment = -mixed / curved;
-    ping.s.im += (moment - drift.moment) * drift.rate;
-    ping.covariance[(1, 1)] = start - mixed * mixed / curved;
-    (drift.sd, drift.moment) = (curved.sqrt(), moment);
+    ping.s = C64::new(values[0], values[1]);
+    (excess.sd, excess.moved) = (found_slopes[0].1, found_slopes[0].2);
+    (drift.sd, drift.moment) = (found_slopes[1].1, found_slopes[1].2);
 }
 
 /// Power of narrow noise as stretches of white noise show it.
@@ -301,18 +314,24 @@ pub(crate) fn variance_of_difference(
     0.5 * ringing.power / size * double_sum(&difference, &difference, (-a * step).exp())
 }
 
-/// Variances and covariances of growth rate, and of (frequency at the moment 0, drift), that noise of the
-/// power R leaves in a fit of `rows` rows: `moment` is that of [`Drift`].
-pub(crate) fn covariance(power: f64, found: &Solution, rows: usize, step: f64, moment: f64) -> (f64, Matrix) {
+/// Variance of growth rate and frequency, and covariance of (the same less `moved` times a slope, the slope),
+/// that noise of the power R leaves in a fit of `rows` rows: the slope is a drift or an excess, whose weights
+/// are given.
+pub(crate) fn covariance(
+    power: f64,
+    found: &Solution,
+    rows: usize,
+    step: f64,
+    (moved, curve): (f64, &[f64]),
+) -> (f64, Matrix) {
     let a = (-found.components[0].s.re).max(f64::MIN_POSITIVE);
     let size: f64 = found.amplitudes[0].iter().map(C64::norm_sqr).sum();
     let line = weights(a, rows, 0, step);
-    let curve = Drift::weights(a, rows, step);
     let keep = (-a * step).exp();
     let scale = 0.5 * power / size;
-    let start: Vec<f64> = line.iter().zip(&curve).map(|(l, c)| l - moment * c).collect();
-    let mixed = double_sum(&start, &curve, keep);
-    let of_frequency = [double_sum(&start, &start, keep), mixed, mixed, double_sum(&curve, &curve, keep)];
-    let matrix = Matrix::from_fn(2, 2, |i, j| scale * of_frequency[2 * i + j]);
+    let start: Vec<f64> = line.iter().zip(curve).map(|(l, c)| l - moved * c).collect();
+    let mixed = double_sum(&start, curve, keep);
+    let of_curve = [double_sum(&start, &start, keep), mixed, mixed, double_sum(curve, curve, keep)];
+    let matrix = Matrix::from_fn(2, 2, |i, j| scale * of_curve[2 * i + j]);
     (scale * double_sum(&line, &line, keep), matrix)
 }

@@ -96,9 +96,11 @@ impl Search<'_> {
             let count = modes(&components);
             components = self.grounded(components);
             match solve(white, &components, close) {
-                // Without a drift, where none is found.
-                Err(Fault::Singular(_) | Fault::NotConverged { .. }) if components[0].chirp.is_some() => {
-                    components[0].chirp = None;
+                // Without a drift or an excess of damping, where none is found.
+                Err(Fault::Singular(_) | Fault::NotConverged { .. }) if components[0].is_curved() => {
+                    let Component { s, kind, chirp, excess } = components[0];
+                    let chirp = if excess.is_some() { chirp } else { None };
+                    components[0] = Component { chirp, ..Component::new(s, kind) };
                 }
                 Err(Fault::Singular(_) | Fault::NotConverged { .. }) if count > 1 => {
                     components.remove(weakest(self.decimated(early).white(), &components));
@@ -110,6 +112,20 @@ impl Search<'_> {
                 Err(fault) => return Err(fault),
             }
         }
+    }
+
+    /// The harmonics of the mains that are more than what noise which rings the mode may feign.
+    pub(crate) fn real_harmonics(&self, found: &Solution, step: f64) -> Result<Vec<u32>, Fault> {
+        if !self.ringing.is_some() {
+            return Ok(self.harmonics.to_vec());
+        }
+        let floor = floor(found.amplitudes[0].len());
+        let energies = found.energies()?;
+        let of = |(c, energy): (&Component, f64)| match c.kind {
+            Kind::Mains(h) if energy > floor + self.ringing.energy(c.s.im, step) => Some(h),
+            _ => None,
+        };
+        Ok(found.components.iter().zip(energies).filter_map(of).collect())
     }
 
     /// Whether all neighbours are modes that decay.

@@ -156,10 +156,7 @@ pub(crate) fn regrowth(
 ) -> Fault {
     let span = ((0.06 / white.step) as usize).min(white.rows() / 2);
     // Under a Hann window the mode, 20 Hz or more away, leaves hum alone.
-    let size = |from: usize, frequency_hz: f64| -> f64 {
-        let squares = (0..white.channels).map(|m| tone(white, from, span, m, frequency_hz).powi(2));
-        squares.sum::<f64>().sqrt()
-    };
+    let size = |from: usize, frequency_hz: f64| loudness(white, from, span, frequency_hz);
     // A burst may end at the row where the envelope has grown most.
     let last = row.min(white.rows() - span);
     // The third harmonic of the mains is too near the fundamental of a metre of tube.
@@ -177,17 +174,28 @@ pub(crate) fn regrowth(
     Fault::SecondExcitation { at, factor }
 }
 
-/// Amplitude of a tone in one channel under a Hann window.
-pub(super) fn tone(white: White<'_>, from: usize, span: usize, channel: usize, frequency_hz: f64) -> f64 {
+/// Amplitude of a tone in each channel under a Hann window.
+pub(super) fn tones(white: White<'_>, from: usize, span: usize, frequency_hz: f64) -> Vec<f64> {
     let turn = C64::from_polar(1.0, -std::f64::consts::TAU * frequency_hz * white.step);
     let around = C64::from_polar(1.0, std::f64::consts::TAU / span.max(1) as f64);
-    let (mut phasor, mut window, mut sum) = (C64::ONE, around.sqrt(), C64::ZERO);
+    let (mut phasor, mut window) = (C64::ONE, around.sqrt());
+    let (mut re, mut im) = (vec![0.0; white.channels], vec![0.0; white.channels]);
     for row in white.samples.chunks_exact(white.channels).skip(from).take(span) {
-        sum += phasor * ((1.0 - window.re) * row[channel]);
+        let wave = phasor * (1.0 - window.re);
+        for ((re, im), y) in re.iter_mut().zip(&mut im).zip(row) {
+            *re += wave.re * y;
+            *im += wave.im * y;
+        }
         phasor *= turn;
         window *= around;
     }
-    2.0 * sum.norm() / span.max(1) as f64
+    let size = |(re, im): (&f64, &f64)| 2.0 * re.hypot(*im) / span.max(1) as f64;
+    re.iter().zip(&im).map(size).collect()
+}
+
+/// The same of all channels together.
+pub(super) fn loudness(white: White<'_>, from: usize, span: usize, frequency_hz: f64) -> f64 {
+    tones(white, from, span, frequency_hz).iter().map(|a| a * a).sum::<f64>().sqrt()
 }
 
 /// Frequency (Hz) and amplitude of the strongest tone of one channel in the 60 ms from row `from`, on a grid

@@ -25,12 +25,21 @@ pub(crate) struct Component {
     /// Change of the angular frequency with time, rad/s^2, counted from the first row of a fit: free where it
     /// is there, else the frequency is steady.
     pub(crate) chirp: Option<f64>,
+    /// By what share the damping at the first row of a fit exceeds that at small amplitude, which is -Re s:
+    /// free where it is there, else the damping is the same at any amplitude. The envelope with the excess x
+    /// is e^{ct} / (1 + x (1 - e^{ct})), c = Re s: the loss of a hole or an open end grows with the amplitude.
+    pub(crate) excess: Option<f64>,
 }
 
 impl Component {
-    /// A component whose frequency is steady.
+    /// A component whose frequency and damping are steady.
     pub(crate) fn new(s: C64, kind: Kind) -> Self {
-        Self { s, kind, chirp: None }
+        Self { s, kind, chirp: None, excess: None }
+    }
+
+    /// Whether it is no plain exponential.
+    pub(crate) fn is_curved(&self) -> bool {
+        self.chirp.is_some() || self.excess.is_some()
     }
 }
 

@@ -25,7 +25,8 @@ pub(crate) struct Solution {
     pub(super) linear: Matrix,
     /// Derivative of the linear coefficients of each channel with respect to the free frequencies.
     pub(super) sensitivity: Vec<Matrix>,
-    /// The free frequencies: `(component, direction)`, direction 0 growth rate, 1 frequency, 2 chirp.
+    /// The free frequencies: `(component, direction)`, direction 0 growth rate, 1 frequency, 2 chirp,
+    /// 3 excess of damping.
     pub(super) free: Vec<(usize, usize)>,
 }
 
@@ -40,12 +41,17 @@ impl Solution {
         2 * self.components.len() * self.sensitivity.len() + self.free.len()
     }
 
-    /// Of the chirp of the first component: its variance and its covariance with the frequency, for unit
-    /// noise.
-    pub(crate) fn chirp_covariance(&self) -> Option<[f64; 2]> {
+    /// Of the chirp (direction 2) or the excess (3) of the first component: its variance and its covariance
+    /// with the frequency or the growth rate, for unit noise.
+    pub(crate) fn curve_covariance(&self, direction: usize) -> Option<[f64; 2]> {
         let place = |direction: usize| self.free.iter().position(|&p| p == (0, direction));
-        let (frequency, chirp) = (place(1)?, place(2)?);
-        Some([self.covariance[(chirp, chirp)], self.covariance[(frequency, chirp)]])
+        let (straight, curve) = (place(3 - direction)?, place(direction)?);
+        Some([self.covariance[(curve, curve)], self.covariance[(straight, curve)]])
+    }
+
+    /// The first component at `rows` samples from the first one of the fit on, for the amplitude 1.
+    pub(crate) fn wave(&self, rows: usize, step: f64) -> Powers {
+        phasors(&self.components[0], 0.0, rows, step).0
     }
 
     /// As [`super::energies`], at the frequencies found.

@@ -8,20 +8,23 @@
 
 use super::component::{Component, Kind, fundamental, with_fundamental};
 use super::solution::{Solution, energies_of};
-use super::sums::{grams, lengths, phasors, project, project_twice};
+use super::sums::{columns, factors, grams, lengths, phasors, project, project_on};
 use super::white::White;
 use crate::Fault;
+use crate::dsp::kernels::{Powers, dot};
 use crate::dsp::scaled::inverse_scaled;
 use rijke_numerics::{C64, Cholesky, Matrix};
 
-/// The free frequencies: `(component, direction)` pairs, direction 0 growth rate, 1 frequency, 2 chirp. The
-/// mains fundamental, if any, comes last and is listed once, unless it is `held`.
+/// The free frequencies: `(component, direction)` pairs, see [`Solution::free`]. The mains fundamental, if any, comes last and is listed once, unless it is `held`.
 fn parameters(components: &[Component], held: bool) -> Vec<(usize, usize)> {
     let mut list = Vec::new();
     for (k, component) in components.iter().enumerate() {
         match component.kind {
-            Kind::Mode if component.chirp.is_some() => list.extend([(k, 0), (k, 1), (k, 2)]),
-            Kind::Mode => list.extend([(k, 0), (k, 1)]),
+            Kind::Mode => {
+                list.extend([(k, 0), (k, 1)]);
+                list.extend(component.chirp.map(|_| (k, 2)));
+                list.extend(component.excess.map(|_| (k, 3)));
+            }
             Kind::Tone => list.push((k, 1)),
             Kind::Mains(_) | Kind::Known => {}
         }
@@ -44,6 +47,9 @@ const HALF_STEPS: usize = 8;
 /// Share by which the fundamental of the mains may move. Grids stay within it; beyond it the harmonics
 /// serve a mode beside one of them, and the fit settles where neither is.
 pub(crate) const MAINS: f64 = 0.01;
+
+/// An envelope with less excess of damping than this never was one of a decay.
+const LEAST_EXCESS: f64 = -0.9;
 
 /// Length of a full step, in standard deviations, after which no other is needed. Gauss-Newton contracts by
 /// the ratio of residual to signal: what is left is far below a hundredth of a standard deviation.
@@ -141,6 +147,8 @@ struct State {
     /// Whether the fundamental of the mains is held where it is.
     held: bool,
     free: Vec<(usize, usize)>,
+    /// The component and the direction of each derivative column beside t times the exponentials.
+    beside: Vec<(usize, usize)>,
     /// Linear coefficients, one row per channel.
     coefficients: Matrix,
     /// What the derivative columns see of the residual, one row per channel.
@@ -156,38 +164,86 @@ struct State {
 
 impl State {
     fn new(white: White<'_>, components: Vec<Component>, energy: f64, held: bool) -> Result<Self, Fault> {
+        if components.iter().any(|c| c.excess.is_some_and(|excess| excess <= LEAST_EXCESS)) {
+            return Err(Fault::NotConverged(MAX_STEPS, f64::INFINITY));
+        }
         let (rows, count) = (white.rows(), components.len());
         let size = 2 * count;
         let lengths = lengths(&components, rows, white.step);
-        let [flat, once, twice, thrice, fourth] = grams(&components, &lengths, white.step);
-        // Derivative columns: t times each column, then t^2 times those of components with a chirp.
-        let bent: Vec<usize> = (0..count).filter(|&k| components[k].chirp.is_some()).collect();
-        let wide = size + 2 * bent.len();
-        let place = |j: usize| if j < size { (j, 1) } else { (2 * bent[(j - size) / 2] + j % 2, 2) };
-        let weighed = [&flat, &once, &twice, &thrice, &fourth];
-        let mixed = Matrix::from_fn(size, wide, |i, j| weighed[place(j).1][(i, place(j).0)]);
-        let curved = Matrix::from_fn(wide, wide, |i, j| {
-            let ((a, p), (b, q)) = (place(i), place(j));
-            weighed[p + q][(a, b)]
-        });
-        let linear = Cholesky::new(&flat)?.inverse();
-        let projected = curved.plus(-1.0, &mixed.transpose().product(&linear.product(&mixed)));
+        let waves: Vec<Powers> =
+            components.iter().zip(&lengths).map(|(c, n)| phasors(c, 0.0, *n, white.step).0).collect();
+        let factors: Vec<Vec<(usize, Vec<f64>)>> =
+            components.iter().zip(&lengths).map(|(c, n)| factors(c, *n, white.step)).collect();
+        // Derivative columns: t times each column, then what the curved components have beside.
+        let of = |(k, list): (usize, &Vec<(usize, Vec<f64>)>)| list.iter().map(move |f| (k, f.0)).collect();
+        let beside: Vec<(usize, usize)> = factors.iter().enumerate().flat_map::<Vec<_>, _>(of).collect();
+        let wide = size + 2 * beside.len();
+        let [mut flat, once, twice] = grams(&components, &lengths, white.step);
+        let part = |gram: &Matrix, i: usize, j: usize| if i.max(j) < size { gram[(i, j)] } else { 0.0 };
+        let mut mixed = Matrix::from_fn(size, wide, |i, j| part(&once, i, j));
+        let mut curved = Matrix::from_fn(wide, wide, |i, j| part(&twice, i, j));
         let mut data = Matrix::zeros(white.channels, size);
         let mut slopes = Matrix::zeros(white.channels, wide);
-        for (k, (component, length)) in components.iter().zip(lengths).enumerate() {
-            let (phasors, _) = phasors(component, 0.0, length, white.step);
-            project(white, &phasors, k, &mut data, &mut slopes);
-            if let Some(place) = bent.iter().position(|b| *b == k) {
-                project_twice(white, &phasors, size + 2 * place, &mut slopes);
+        for (k, wave) in waves.iter().enumerate() {
+            project(white, wave, k, &mut data, &mut slopes);
+        }
+        if !beside.is_empty() {
+            let time: Vec<f64> = (0..rows).map(|n| n as f64 * white.step).collect();
+            let mut first = size;
+            // Each with its number among the columns, and whether it is a derivative.
+            let mut all: Vec<Vec<(bool, usize, [Vec<f64>; 2])>> = Vec::with_capacity(count);
+            for (k, (wave, list)) in waves.iter().zip(&factors).enumerate() {
+                let mut own =
+                    vec![(false, 2 * k, columns(wave, None)), (true, 2 * k, columns(wave, Some(&time)))];
+                for (_, factor) in list {
+                    let pair = columns(wave, Some(factor));
+                    project_on(white, &pair, first, &mut slopes);
+                    own.push((true, first, pair));
+                    first += 2;
+                }
+                all.push(own);
+            }
+            for (i, j) in (0..count).flat_map(|i| (0..=i).map(move |j| (i, j))) {
+                if !components[i].is_curved() && !components[j].is_curved() {
+                    continue;
+                }
+                let rows = lengths[i].min(lengths[j]);
+                for ((derived, a, left), (also, b, right)) in
+                    all[i].iter().flat_map(|left| all[j].iter().map(move |right| (left, right)))
+                {
+                    for (p, q) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+                        let (a, b, value) = (a + p, b + q, dot(&left[p][..rows], &right[q][..rows]));
+                        match (derived, also) {
+                            (false, false) => (flat[(a, b)], flat[(b, a)]) = (value, value),
+                            (false, true) => mixed[(a, b)] = value,
+                            (true, false) => mixed[(b, a)] = value,
+                            (true, true) => (curved[(a, b)], curved[(b, a)]) = (value, value),
+                        }
+                    }
+                }
             }
         }
+        let linear = Cholesky::new(&flat)?.inverse();
+        let projected = curved.plus(-1.0, &mixed.transpose().product(&linear.product(&mixed)));
         let coefficients = data.product(&linear);
         let explained: f64 = data.as_slice().iter().zip(coefficients.as_slice()).map(|(a, b)| a * b).sum();
         let slopes = slopes.plus(-1.0, &coefficients.product(&mixed));
         let free = parameters(&components, held);
         let freedom = (rows * white.channels) as f64 - (white.channels * size + free.len()) as f64;
         let residual = energy - explained;
-        Ok(Self { components, held, free, coefficients, slopes, linear, mixed, projected, residual, freedom })
+        Ok(Self {
+            components,
+            held,
+            free,
+            beside,
+            coefficients,
+            slopes,
+            linear,
+            mixed,
+            projected,
+            residual,
+            freedom,
+        })
     }
 
     fn energies(&self) -> Result<Vec<f64>, Fault> {
@@ -198,9 +254,10 @@ impl State {
         energies_of(&self.linear, amplitude, self.coefficients.rows())
     }
 
-    /// The column of t^2 times those of component `k`.
-    fn bent_column(&self, k: usize) -> usize {
-        2 * (self.components.len() + self.components[..k].iter().filter(|c| c.chirp.is_some()).count())
+    /// The derivative column of component `k` in a direction.
+    fn column(&self, k: usize, direction: usize) -> usize {
+        let beside = self.beside.iter().position(|b| *b == (k, direction));
+        2 * beside.map_or(k, |place| self.components.len() + place)
     }
 
     /// Derivative of the model of channel `m` in the derivative columns: `(free frequency, column, value)`
@@ -212,9 +269,8 @@ impl State {
             let mut set = |k: usize, factor: f64| {
                 // d/d sigma multiplies the amplitude by t, d/d omega by i t, d/d chi by i t^2/2.
                 let (re, im) = (c[2 * k], c[2 * k + 1]);
-                let (a, b) = if direction == 0 { (re, im) } else { (-im, re) };
-                let column = if direction == 2 { self.bent_column(k) } else { 2 * k };
-                let factor = if direction == 2 { 0.5 * factor } else { factor };
+                let (a, b) = if matches!(direction, 0 | 3) { (re, im) } else { (-im, re) };
+                let column = self.column(k, direction);
                 entries.extend([(j, column, factor * a), (j, column + 1, factor * b)]);
             };
             if let Kind::Mains(_) = self.components[k].kind {
@@ -274,6 +330,7 @@ impl State {
                 }
                 _ if direction == 0 => components[k].s.re += change,
                 _ if direction == 2 => components[k].chirp = components[k].chirp.map(|chirp| chirp + change),
+                _ if direction == 3 => components[k].excess = components[k].excess.map(|x| x + change),
                 _ => components[k].s.im += change,
             }
         }

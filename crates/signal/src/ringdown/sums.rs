@@ -9,6 +9,9 @@ use rijke_numerics::{C64, Matrix};
 /// Decay times after which a component counts as silent: what is left out of it is 1e-7 of its amplitude.
 const SILENT: f64 = 16.0;
 
+/// Least divisor of an envelope with an excess of damping, which before the start of a fit may reach zero.
+const LEAST: f64 = 0.05;
+
 /// Number of samples over which each component sounds.
 pub(super) fn lengths(components: &[Component], rows: usize, step: f64) -> Vec<usize> {
     let length = |c: &Component| {
@@ -18,32 +21,83 @@ pub(super) fn lengths(components: &[Component], rows: usize, step: f64) -> Vec<u
     components.iter().map(length).collect()
 }
 
-/// The exponential of a component at `rows` samples, of which the first is number `first` of the fit, over
-/// its value there, which comes with it.
+/// The exponential of a component at `rows` samples, of which the first is number `first` of the fit, with its
+/// chirp and its excess of damping, over the plain exponential there, which comes with it.
 pub(super) fn phasors(component: &Component, first: f64, rows: usize, step: f64) -> (Powers, C64) {
     let (s, t) = (component.s, first * step);
-    let Some(chirp) = component.chirp else {
-        return (Powers::new((s * step).exp(), rows), (s * t).exp());
+    let mut powers = Powers::new((s * step).exp(), rows);
+    let mut each = |change: &mut dyn FnMut() -> C64| {
+        for (re, im) in powers.re.iter_mut().zip(&mut powers.im) {
+            let value = change() * C64::new(*re, *im);
+            (*re, *im) = (value.re, value.im);
+        }
     };
-    let now = s + C64::new(0.0, chirp * t);
-    let mut powers = Powers::new((now * step).exp(), rows);
-    for (n, (re, im)) in powers.re.iter_mut().zip(&mut powers.im).enumerate() {
-        let turn = C64::from_polar(1.0, 0.5 * chirp * (n as f64 * step).powi(2)) * C64::new(*re, *im);
-        (*re, *im) = (turn.re, turn.im);
+    if let Some(chirp) = component.chirp {
+        // From n to n + 1 the phase grows by chirp step^2 (n + 1/2).
+        let mut bend = C64::from_polar(1.0, 0.5 * chirp * t * t);
+        let mut turn = C64::from_polar(1.0, chirp * step * step * (first + 0.5));
+        let more = C64::from_polar(1.0, chirp * step * step);
+        each(&mut || {
+            let now = bend;
+            bend *= turn;
+            turn *= more;
+            now
+        });
     }
-    (powers, (s * t + C64::new(0.0, 0.5 * chirp * t * t)).exp())
+    if let Some(excess) = component.excess {
+        let (mut fallen, fall) = ((s.re * t).exp(), (s.re * step).exp());
+        each(&mut || {
+            let now = (1.0 + excess * (1.0 - fallen)).max(LEAST).recip();
+            fallen *= fall;
+            C64::from(now)
+        });
+    }
+    (powers, (s * t).exp())
 }
 
-/// Sums of y t^2 e^{st}, written to two columns from `column` on.
-pub(super) fn project_twice(white: White<'_>, phasors: &Powers, column: usize, slopes: &mut Matrix) {
-    let mut sums = vec![C64::ZERO; white.channels];
+/// What a curved component has beside the columns e^{st} and t e^{st}: the direction of each, see
+/// [`Solution::free`](super::Solution), and the number it is multiplied by at each sample.
+pub(super) fn factors(component: &Component, rows: usize, step: f64) -> Vec<(usize, Vec<f64>)> {
+    let time = |n: usize| n as f64 * step;
+    let mut list = Vec::new();
+    if component.chirp.is_some() {
+        list.push((2, (0..rows).map(|n| 0.5 * time(n).powi(2)).collect()));
+    }
+    if let Some(excess) = component.excess {
+        let (mut fallen, fall) = (1.0, (component.s.re * step).exp());
+        let (mut of_growth, mut of_excess) = (Vec::with_capacity(rows), Vec::with_capacity(rows));
+        for n in 0..rows {
+            let whole = (1.0 + excess * (1.0 - fallen)).recip();
+            of_growth.push(time(n) * (1.0 + excess * fallen * whole));
+            of_excess.push((fallen - 1.0) * whole);
+            fallen *= fall;
+        }
+        list.extend([(0, of_growth), (3, of_excess)]);
+    }
+    list
+}
+
+/// The two columns of an exponential, Re z and -Im z, each times the given factors.
+pub(super) fn columns(phasors: &Powers, factors: Option<&[f64]>) -> [Vec<f64>; 2] {
+    let of = |part: &[f64], sign: f64| match factors {
+        Some(factors) => part.iter().zip(factors).map(|(z, f)| sign * z * f).collect(),
+        None => part.iter().map(|z| sign * z).collect(),
+    };
+    [of(&phasors.re, 1.0), of(&phasors.im, -1.0)]
+}
+
+/// Sums of the samples times two columns, written to the columns from `column` on.
+pub(super) fn project_on(white: White<'_>, columns: &[Vec<f64>; 2], column: usize, slopes: &mut Matrix) {
+    let mut sums = vec![[0.0; 2]; white.channels];
     let rows = white.samples.chunks_exact(white.channels);
-    for (n, ((row, re), im)) in rows.zip(&phasors.re).zip(&phasors.im).enumerate() {
-        let wave = C64::new(*re, -*im) * (n as f64 * white.step).powi(2);
-        sums.iter_mut().zip(row).for_each(|(sum, y)| *sum += wave * *y);
+    for ((row, a), b) in rows.zip(&columns[0]).zip(&columns[1]) {
+        for (sum, y) in sums.iter_mut().zip(row) {
+            sum[0] += y * a;
+            sum[1] += y * b;
+        }
     }
     for (m, sum) in sums.into_iter().enumerate() {
-        (slopes[(m, column)], slopes[(m, column + 1)]) = (sum.re, sum.im);
+        (slopes[(m, column)], slopes[(m, column + 1)]) = (sum[0], sum[1]);
     }
 }
 
@@ -104,25 +158,18 @@ impl<const N: usize> NullaryFnOnce for Sums<'_, N> {
 }
 
 /// Gram matrices of the columns Re(e^{s_k t}), Re(i e^{s_k t}), each over the samples on which both sound,
-/// weighted with 1, t, t^2, t^3 and t^4; the last two only where a component has a chirp.
-pub(super) fn grams(components: &[Component], lengths: &[usize], step: f64) -> [Matrix; 5] {
+/// weighted with 1, t and t^2; zero where one of the two is curved.
+pub(super) fn grams(components: &[Component], lengths: &[usize], step: f64) -> [Matrix; 3] {
     let size = 2 * components.len();
-    let mut grams: [Matrix; 5] = std::array::from_fn(|_| Matrix::zeros(size, size));
+    let mut grams: [Matrix; 3] = std::array::from_fn(|_| Matrix::zeros(size, size));
     for (i, a) in components.iter().enumerate() {
         for (j, b) in components.iter().enumerate().take(i + 1) {
+            if a.is_curved() || b.is_curved() {
+                continue;
+            }
             let rows = lengths[i].min(lengths[j]);
-            let steady = a.chirp.is_none() && b.chirp.is_none();
-            let sums_of = |exponent: C64, chirp: f64| {
-                if steady {
-                    let [flat, linear, square] = power_sums(exponent * step, rows);
-                    [flat, linear, square, C64::ZERO, C64::ZERO]
-                } else {
-                    chirped_sums(exponent * step, chirp * step * step, rows)
-                }
-            };
-            let (of_a, of_b) = (a.chirp.unwrap_or(0.0), b.chirp.unwrap_or(0.0));
-            let sums = sums_of(a.s + b.s, of_a + of_b);
-            let differences = sums_of(a.s + b.s.conj(), of_a - of_b);
+            let sums = power_sums((a.s + b.s) * step, rows);
+            let differences = power_sums((a.s + b.s.conj()) * step, rows);
             let mut scale = 0.5;
             for ((gram, sum), difference) in grams.iter_mut().zip(sums).zip(differences) {
                 // Re(u) Re(v) = (Re(u v) + Re(u conj v)) / 2, with u and v the exponentials or i times them.
@@ -160,26 +207,7 @@ fn power_sums(exponent: C64, count: usize) -> [C64; 3] {
     [flat, linear, (z * (flat + 2.0 * linear) - n * n * end) * reciprocal]
 }
 
-/// Sums of n^p e^{exponent n + i chirp n^2/2} for n from 0 to `count` - 1 and p up to 4, sample by sample: no
-/// closed form is known.
-fn chirped_sums(exponent: C64, chirp: f64, count: usize) -> [C64; 5] {
-    let mut sums = [C64::ZERO; 5];
-    // From n to n + 1 the exponent grows by itself + i chirp (n + 1/2).
-    let (mut term, mut turn) = (C64::ONE, (exponent + C64::new(0.0, 0.5 * chirp)).exp());
-    let bend = C64::from_polar(1.0, chirp);
-    for n in 0..count {
-        let (t, mut weighed) = (n as f64, term);
-        for sum in &mut sums {
-            *sum += weighed;
-            weighed *= t;
-        }
-        term *= turn;
-        turn *= bend;
-    }
-    sums
-}
-
-/// The same without a chirp by doubling: loses no digits for any z.
+/// The same by doubling: loses no digits for any z.
 fn doubled_sums(z: C64, count: usize) -> [C64; 3] {
     let (mut s, mut done, mut factor) = ([C64::ZERO; 3], 0.0_f64, C64::ONE);
     for bit in (0..usize::BITS - count.leading_zeros()).rev() {
@@ -227,6 +255,42 @@ mod tests {
                     closed[p] / exact[p]
                 );
                 assert!((doubled[p] / exact[p] - 1.0).norm() < 1e-10);
+            }
+        }
+    }
+
+    #[test]
+    fn oracle_curved_components_and_their_derivatives_are_those_written_out() {
+        let (rows, step) = (400, 1e-3);
+        let curved = |s: C64, chirp: f64, excess: f64| Component {
+            chirp: Some(chirp),
+            excess: Some(excess),
+            ..Component::new(s, crate::ringdown::Kind::Mode)
+        };
+        let written = |s: C64, chirp: f64, excess: f64, t: f64| {
+            let envelope = 1.0 + excess * (1.0 - (s.re * t).exp());
+            (s * t + C64::new(0.0, 0.5 * chirp * t * t)).exp() / envelope
+        };
+        let (s, chirp, excess) = (C64::new(-6.0, 500.0), 40.0, 0.7);
+        let component = curved(s, chirp, excess);
+        let list = factors(&component, rows, step);
+        assert_eq!(list.iter().map(|f| f.0).collect::<Vec<_>>(), [2, 0, 3]);
+        for first in [0.0, 37.0] {
+            let (powers, start) = phasors(&component, first, rows, step);
+            for n in 0..rows {
+                let exact = written(s, chirp, excess, (first + n as f64) * step);
+                let found = C64::new(powers.re[n], powers.im[n]) * start;
+                assert!((found - exact).norm() < 1e-10, "{first} {n}: {found} {exact}");
+            }
+        }
+        for n in (0..rows).step_by(13) {
+            let t = n as f64 * step;
+            let slope = |of: &dyn Fn(f64) -> C64| (of(1e-5) - of(-1e-5)) / (2e-5 * of(0.0));
+            let of_chirp = slope(&|d| written(s, chirp + d, excess, t)) / C64::I;
+            let of_growth = slope(&|d| written(s + d, chirp, excess, t));
+            let of_excess = slope(&|d| written(s, chirp, excess + d, t));
+            for ((_, factor), exact) in list.iter().zip([of_chirp, of_growth, of_excess]) {
+                assert!((factor[n] - exact).norm() < 1e-6, "{n}: {} {exact}", factor[n]);
             }
         }
     }

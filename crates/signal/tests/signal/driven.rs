@@ -36,6 +36,9 @@ pub(crate) struct Driven {
     /// Time constant with which the loudspeaker comes to rest when it is switched off, s.
     pub(crate) coast: f64,
     pub(crate) channels: usize,
+    /// Damping of the first mode at its steady amplitude without it, over that at small amplitude, less 1: it
+    /// grows with the amplitude.
+    pub(crate) excess: f64,
 }
 
 impl Driven {
@@ -58,6 +61,7 @@ impl Driven {
             sag: 0.0,
             coast: 0.0,
             channels: 6,
+            excess: 0.0,
         }
     }
 
@@ -80,6 +84,7 @@ impl Driven {
                 } else {
                     s
                 };
+                let s_now = if k == 0 { s_now + s.re * self.excess * q.norm() / self.ratio } else { s_now };
                 let mut next = q * (s_now * (to - from)).exp();
                 for &(on, off) in &self.switched {
                     let (a, b) = (from.max(on), to.min(off));

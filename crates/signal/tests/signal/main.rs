@@ -11,6 +11,7 @@ mod coarse;
 mod compared;
 mod drifting;
 mod driven;
+mod excess;
 mod excited;
 mod hum;
 mod naive;

@@ -2,6 +2,7 @@
 
 use super::{ALIKE, BESIDE, SPAN, Whole};
 use crate::error::Fault;
+use crate::ping::verdict::loudness;
 use crate::unstable::Unstable;
 
 /// Stretches in which a mode is seen to grow, by what factor in all, how clearly (slope of ln amplitude over
@@ -49,8 +50,7 @@ impl Whole<'_> {
 
     /// Amplitude of a tone over all channels, in the stretch that begins at `row`.
     fn size(&self, row: usize, frequency_hz: f64) -> f64 {
-        let channels = 0..self.white().channels;
-        channels.map(|m| self.tone(row, m, frequency_hz).powi(2)).sum::<f64>().sqrt()
+        loudness(self.white(), row, self.span, frequency_hz)
     }
 }
 
