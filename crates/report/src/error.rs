@@ -22,5 +22,5 @@ pub enum ReportError {
     Drawing(String),
     /// A table cannot be written as CSV.
     #[error("cannot write a table as CSV")]
-    Table(#[from] csv::Error),
+    Table(#[from] rijke_numerics::Failure),
 }

@@ -16,7 +16,7 @@ const MOST: usize = 6;
 ///
 /// # Errors
 /// [`ReportError::Nothing`] if no stage was run.
-pub fn response_page(
+pub(crate) fn response_page(
     head: &StudyHead,
     doubts: &[String],
     stages: &[ResponseStageRecord],

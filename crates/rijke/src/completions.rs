@@ -1,6 +1,7 @@
 //! `rijke completions`: completion of commands and options in a shell.
 
-use crate::{failure::Failure, ui::Ui};
+use crate::ui::Ui;
+use rijke_numerics::Failure;
 
 /// Print a script that makes a shell complete commands and options.
 #[derive(clap::Args)]

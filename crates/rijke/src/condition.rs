@@ -1,8 +1,9 @@
-//! Conditions as options name them, and what is said of their surroundings.
+//! Conditions and grids as options name them, and what is said of the surroundings of conditions.
 
-use crate::failure::Failure;
 use rijke_engine::run::AskedPoint;
-use rijke_study::Point;
+use rijke_numerics::Failure;
+use rijke_study::plan::{MapGrid, Selection};
+use rijke_study::{Point, Study};
 use std::collections::BTreeMap;
 
 /// What names the day whose error of T_amb a condition shares.
@@ -54,4 +55,35 @@ pub(crate) fn surroundings(asked: &AskedPoint, point: &Point, nearest: &str) -> 
         let (from, missing) = (from.join(", with "), missing.join(" and "));
         format!("T_amb = {kelvin} +- {sd} K: {from}; give {missing} in --at for another")
     })
+}
+
+/// `x_g,Q`, or `x_g=0.1:0.6,Q=0:80` with the ends of ranges; those of the points that `among` means, where
+/// they are left out.
+pub(crate) fn grid(text: &str, study: &Study, among: &Selection) -> Result<MapGrid, Failure> {
+    let known = study.campaign.factors.iter().map(|f| f.name.as_str()).collect::<Vec<_>>().join(", ");
+    let bad = |what: String| {
+        Failure::bad_input(format!("--map {text}: {what}"))
+            .remedy(format!("Give two of: {known}; with a range as --map x=0.1:0.6,y=0:80, in SI units."))
+    };
+    let both: Vec<&str> = text.split(',').collect();
+    let [x, y] = both[..] else { return Err(bad("takes two factors with a comma between".into())) };
+    let over = |k: usize| {
+        let points = study.campaign.points.iter().filter(|p| among.holds(&study.campaign, p));
+        let values = points.map(|p| p.factors[k]).filter(|v| v.is_finite());
+        let ends = values.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], v| [a.min(v), b.max(v)]);
+        Some(ends).filter(|[low, high]| low < high)
+    };
+    let axis = |text: &str| {
+        let (name, range) = text.split_once('=').map_or((text, None), |(name, range)| (name, Some(range)));
+        let name = name.trim();
+        let k = study.campaign.factor(name).ok_or_else(|| bad(format!("there is no factor `{name}`")))?;
+        let number = |text: &str| text.trim().parse::<f64>().ok().filter(|v| v.is_finite());
+        let ends = range.map(|range| {
+            let ends = range.split_once(':').and_then(|(low, high)| Some([number(low)?, number(high)?]));
+            ends.ok_or_else(|| bad(format!("`{range}` is no range, two numbers with a colon between")))
+        });
+        Ok::<_, Failure>((k, ends.transpose()?.or_else(|| over(k))))
+    };
+    let (x, y) = (axis(x)?, axis(y)?);
+    MapGrid::new(&study.campaign, [x.0, y.0], [x.1, y.1]).map_err(|problem| bad(problem.to_string()))
 }

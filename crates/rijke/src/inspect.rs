@@ -1,9 +1,7 @@
 //! `rijke inspect`: what is in a file of records.
 
-use crate::{
-    failure::{Classify, Failure},
-    ui::Ui,
-};
+use crate::ui::Ui;
+use rijke_numerics::{Classify, Failure};
 use rijke_rig::{FileContents, inspect};
 use serde_json::json;
 use std::path::PathBuf;

@@ -1,13 +1,10 @@
 //! `rijke lab`: raw records of the virtual laboratory.
 
-use crate::{
-    failure::{Classify, Failure},
-    number,
-    ui::Ui,
-};
+use crate::{number, ui::Ui};
 use rijke_flow::{POSITION, POWER, TubeCampaign, TubePoint, TubeRig};
 use rijke_lab::{Truth, VirtualRig};
-use rijke_numerics::StagedFolder;
+use rijke_numerics::words::counted;
+use rijke_numerics::{Classify, Failure, StagedFolder, Tell};
 use rijke_rig::{Problem, RecordSource, RigError};
 use rijke_study::Campaign;
 use serde_json::json;
@@ -116,10 +113,11 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
         }
         None => None,
     };
-    let folder = ui.started(StagedFolder::new(&args.out, "manifest.toml", args.force)?);
+    let folder = StagedFolder::new(&args.out, "manifest.toml", args.force)?;
+    ui.after_killed_run(&folder);
     let records = if sweep.is_some() { lab.sweep_count() } else { lab.record_count() };
     let progress = ui.progress("recording", records as u64);
-    let written = |records| progress.advance(records as u64);
+    let written = |records| progress(records as u64);
     match sweep {
         Some(band) => lab.write_sweeps(folder.path(), band, &written),
         None => lab.write(folder.path(), &written),
@@ -128,7 +126,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     drop(progress);
     folder.commit()?;
     let points = lab.set().points.len();
-    let said = [number::counted(records, "record"), number::counted(points, "operating point")];
+    let said = [counted(records, "record"), counted(points, "operating point")];
     ui.note(format!("{}: {}", args.out.display(), said.join(" of ")));
     ui.result(&json!({ "dir": args.out, "records": records, "points": points }))
 }

@@ -1,10 +1,7 @@
 //! `rijke man`: the manual pages, and the page of the book that holds the help of every command.
 
-use crate::{
-    failure::{Classify, Failure},
-    ui::Ui,
-};
-use rijke_numerics::Lock;
+use crate::ui::Ui;
+use rijke_numerics::{Classify, Failure, Lock};
 use std::fmt::Write as _;
 use std::path::PathBuf;
 

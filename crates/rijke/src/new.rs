@@ -2,11 +2,8 @@
 
 mod templates;
 
-use crate::{
-    failure::{Classify, Failure},
-    ui::Ui,
-};
-use rijke_numerics::StagedFolder;
+use crate::ui::Ui;
+use rijke_numerics::{Classify, Failure, StagedFolder, write_within};
 use rijke_rig::OperatingPoint;
 use rijke_study::Campaign;
 use serde_json::json;
@@ -30,22 +27,14 @@ pub(crate) struct Args {
 pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     // Never replaces anything: these files are written by hand.
     let folder = StagedFolder::new(&args.dir, "study.toml", false)?;
-    let write = |name: &str, text: &str| {
-        let path = folder.path().join(name);
-        let write = |path: &Path| {
-            path.parent().map_or(Ok(()), std::fs::create_dir_all)?;
-            std::fs::write(path, text)
-        };
-        write(&path).or_failed().map_err(|f| f.at(&path))
-    };
     let mut names: Vec<&str> = Vec::new();
     for (name, text) in args.template.files() {
-        write(name, text)?;
+        write_within(folder.path(), name, text)?;
         names.push(name);
     }
     if args.template == Template::HeatedTube {
         let name = "draft/records/manifest.toml";
-        write(name, &manifest(&folder.path().join("campaign.csv"))?)?;
+        write_within(folder.path(), name, manifest(&folder.path().join("campaign.csv"))?)?;
         names.push(name);
     }
     folder.commit()?;

@@ -1,23 +1,16 @@
 //! `rijke predict`: what a trained model says of operating points, measured or not.
 
-use crate::{
-    condition::{condition, surroundings},
-    csv_table::csv_table,
-    failure::Failure,
-    figure,
-    flow::foresee,
-    map,
-    rank::open_of,
-    results::{Ranked, kept_if_any, warn_of_missing},
-    study::of_the_engine,
-    ui::Ui,
-};
+use crate::condition::{condition, grid, surroundings};
+use crate::{figure, ui::Ui};
+use rijke_engine::folder::{Ranked, of_the_engine, warn_of_missing};
 use rijke_engine::run::{
-    AskedPoint, Averaged, Forecast, OpenModel, at_other_maxima, beyond, forecast, nearest, over_map,
-    stability, with_points,
+    AskedPoint, Averaged, Forecast, at_other_maxima, beyond, forecast, nearest, over_map, stability,
+    with_points,
 };
-use rijke_numerics::write_output;
+use rijke_intake::foresee;
+use rijke_numerics::{Failure, write_output};
 use rijke_report::answer_svg;
+use rijke_rig::files::csv_table;
 use rijke_study::Study;
 use rijke_study::plan::MapQuestion;
 use serde_json::json;
@@ -62,9 +55,11 @@ pub(crate) struct Args {
 
 pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     let dir = &args.dir;
-    let Ranked { study, observed, stage, every, model } = Ranked::open(dir, args.stage.as_deref(), ui)?;
+    let ranked = Ranked::open(dir, args.stage.as_deref(), ui)?;
+    let open = ranked.open_models();
+    let Ranked { study, observed, stage, every, model } = ranked;
     let wrong = |e: rijke_engine::EngineError| of_the_engine(&e, dir);
-    let map = args.map.as_deref().map(|text| map::parsed(text, &study, &stage.points)).transpose()?;
+    let map = args.map.as_deref().map(|text| grid(text, &study, &stage.points)).transpose()?;
     let among = stage.points.clone();
     let given = args.at.iter().map(|text| condition("--at", text)).collect::<Result<Vec<_>, _>>()?;
     let asked = match &map {
@@ -92,7 +87,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
         said.iter().for_each(|said| ui.note(format!("{whose}: {said}")));
     }
     // Where the evidence decides, no other model is open.
-    let open: Vec<OpenModel> = kept_if_any(dir, &open_of(&stage.id))?.unwrap_or_default();
+    let open = open?;
     let (found, mut left_out) = forecast(&study, &observed, &model, &open, &places).map_err(wrong)?;
     if (map.is_none() || found.is_empty()) && !left_out.is_empty() {
         return Err(wrong(left_out.swap_remove(0).why));

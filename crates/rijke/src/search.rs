@@ -1,15 +1,11 @@
 //! `rijke search`: every allowed combination of candidates, in one run or in shards that `rijke merge` joins.
 
-use crate::{
-    csv_table::csv_table,
-    failure::{Classify, Failure},
-    number,
-    results::Trust,
-    study::{observations, of_the_engine, open, warn_of_left_out, without_responses},
-    ui::Ui,
-};
+use crate::{number, trust::Trust, ui::Ui};
+use rijke_engine::folder::{observations, of_the_engine, open_study, warn_of_left_out, without_responses};
 use rijke_engine::run::{Search, SearchOptions, SearchPart, SearchRecord, merge_searches};
-use rijke_numerics::write_output;
+use rijke_engine::told::reasons;
+use rijke_numerics::{Classify, Failure, Tell, write_output};
+use rijke_rig::files::csv_table;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
@@ -71,7 +67,7 @@ const SHOWN: usize = 12;
 
 pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     let dir = &args.dir;
-    let study = open(dir)?;
+    let study = open_study(dir)?;
     without_responses(&study, "a search")?;
     let observations = observations(&study)?;
     let wrong = |e: rijke_engine::EngineError| of_the_engine(&e, dir);
@@ -85,10 +81,10 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
         tasks: Some(out.join("tasks")),
     };
     let search = Search::new(study, &observations, options).map_err(wrong)?;
-    warn_of_left_out(ui, search.left_out());
+    warn_of_left_out(search.left_out(), ui);
     let progress = ui.progress("models", search.tasks() as u64);
     let advance = |n: usize| {
-        progress.advance(n as u64);
+        progress(n as u64);
         true
     };
     let part = search.run(&advance).map_err(wrong)?;
@@ -171,7 +167,7 @@ fn print(found: &SearchRecord, roles: &[&str], ui: &Ui) {
         [nats, odds, format!("{}{mark}", names.join(" + "))]
     });
     ui.table(["nats", "probability", "combination"], rows);
-    for remark in found.best.first().into_iter().flat_map(|c| crate::results::reasons(&c.remark)) {
+    for remark in found.best.first().into_iter().flat_map(|c| reasons(&c.remark)) {
         ui.say(format!("the first: {remark}"));
     }
     for choice in &found.choices {

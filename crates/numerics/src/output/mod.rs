@@ -2,6 +2,7 @@
 
 mod lock;
 
+use crate::{Classify, Failure};
 pub use lock::Lock;
 use std::path::{Path, PathBuf};
 use std::{fs, io};
@@ -192,6 +193,16 @@ impl Drop for StagedFolder {
         // After a commit there is nothing left to remove; an error here could only hide the one that matters.
         let _ = fs::remove_dir_all(&self.partial);
     }
+}
+
+/// Writes a file, and the folders above it, into a folder that nobody else reads yet.
+///
+/// # Errors
+/// The system's, with the file.
+pub fn write_within(folder: &Path, name: &str, content: impl AsRef<[u8]>) -> Result<(), Failure> {
+    let path = folder.join(name);
+    let made = path.parent().map_or(Ok(()), fs::create_dir_all);
+    made.and_then(|()| fs::write(&path, content)).or_failed().map_err(|f| f.at(&path))
 }
 
 /// As [`write_whole`](crate::write_whole), for a place that a user names: a link is followed, what is no

@@ -20,7 +20,7 @@ use rijke_engine::run::{
     Answer, Frame, Judgement, ModelRecord, Sliders, StageRecord, gains_along, left_out_table, models,
     residuals_over_factors,
 };
-use rijke_rig::DataKind;
+use rijke_rig::{DataKind, files::csv_table};
 use std::{fs, path::Path};
 use tables::{chosen, total};
 
@@ -171,21 +171,19 @@ impl StudyPage {
     }
 
     fn table(&mut self, name: &str, frame: &Frame) -> Result<(), ReportError> {
-        let mut table = csv::Writer::from_writer(Vec::new());
         let unit = |c: &rijke_engine::run::FrameColumn| format!("{} [{}]", c.name, c.unit);
         // Where points have several modes.
         let several = frame.rows.iter().any(|row| !row.mode.is_empty());
         let own = ["name", "series", "mode"].into_iter().filter(|name| several || *name != "mode");
-        table.write_record(own.map(str::to_owned).chain(frame.columns.iter().map(unit)))?;
+        let mut table = vec![own.map(str::to_owned).chain(frame.columns.iter().map(unit)).collect()];
         for row in &frame.rows {
             let numbers = row.values.iter().map(|v| v.map_or(String::new(), |v| format!("{v}")));
             let own = [row.label.clone(), row.series.clone()].into_iter();
             let own = own.chain(several.then(|| row.mode.clone()));
             let lacking = frame.columns.len().saturating_sub(row.values.len());
-            table.write_record(own.chain(numbers).chain(std::iter::repeat_n(String::new(), lacking)))?;
+            table.push(own.chain(numbers).chain(std::iter::repeat_n(String::new(), lacking)).collect());
         }
-        let bytes = table.into_inner().map_err(|e| csv::Error::from(e.into_error()))?;
-        self.files.push((format!("tables/{name}.csv"), bytes));
+        self.files.push((format!("tables/{name}.csv"), csv_table(table)?.into_bytes()));
         Ok(())
     }
 

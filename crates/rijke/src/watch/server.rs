@@ -1,6 +1,6 @@
 //! A page on the loopback address: files of one folder, nothing else, to nobody else.
 
-use crate::failure::{Classify, Failure};
+use rijke_numerics::{Classify, Failure};
 use std::fs;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::{Ipv4Addr, SocketAddr, TcpListener, TcpStream};

@@ -1,0 +1,14 @@
+//! What a program says of what was found, in sentences. Knows records, and neither how they were found nor
+//! files.
+
+mod doubts;
+mod foresight;
+mod heat;
+mod responses;
+mod stage;
+
+pub use doubts::{reasons, warn_of_prior};
+pub use foresight::tell_foresight;
+pub use heat::tell_heat;
+pub use responses::tell_responses;
+pub use stage::tell_stage;
