@@ -38,9 +38,6 @@ pub(crate) enum Checked {
 impl Excited {
     /// Opens such records of a study or in a folder beside its study; none if the records are pings and
     /// clicks.
-    ///
-    /// # Errors
-    /// File, place and remedy.
     pub fn open(dir: &Path, open: OpenStudy<'_>) -> Result<Option<Self>, Failure> {
         let is_study = dir.join("study.toml").exists();
         let folder = if is_study { dir.join("records") } else { dir.to_owned() };
@@ -84,9 +81,6 @@ impl Excited {
 
     /// Processes them into observations of the study, or into a table of its microphones; in the folder `out`
     /// or, without one, beside the study's files. What was found, as JSON.
-    ///
-    /// # Errors
-    /// File, place and remedy.
     pub fn observe(&self, out: Option<&Path>, force: bool, tell: &dyn Tell) -> Result<Value, Failure> {
         let Self { records, study } = self;
         let beside = match &records.excitation {

@@ -59,9 +59,6 @@ pub fn flow_is_due(study: &Study) -> bool {
 
 impl Flow {
     /// Infers it from observations in `dir`, or in `dir/observations`, or from samples over time in `dir`.
-    ///
-    /// # Errors
-    /// File, place and remedy.
     pub fn infer(dir: &Path, options: &FlowOptions, tell: &dyn Tell) -> Result<Self, Failure> {
         let below = dir.join("observations");
         let settled = if below.is_dir() { below } else { dir.to_owned() };
@@ -107,7 +104,7 @@ impl Flow {
         write_within(folder, "unknowns.csv", csv_table(unknowns_table(&document.runs))?)?;
         write_within(folder, "velocity.csv", csv_table(velocity_table(&document.runs))?)?;
         beside(folder)?;
-        Ok(staged.commit()?)
+        staged.commit()
     }
 
     /// From the mean clicks of settled operating points.

@@ -68,9 +68,6 @@ static WRITTEN: [&str; 14] = [
 
 impl Intake {
     /// Opens a folder of records, or of a study whose records lie in DIR/records.
-    ///
-    /// # Errors
-    /// File, place and remedy.
     pub fn open(dir: &Path, open: OpenStudy<'_>) -> Result<Self, Failure> {
         let below = dir.join("records");
         let (folder, study) =
@@ -88,9 +85,6 @@ impl Intake {
     }
 
     /// Records of a study, of which more may come.
-    ///
-    /// # Errors
-    /// File, place and remedy.
     pub fn of(mut records: RecordFolder, study: Option<Study>) -> Result<Self, Failure> {
         let points: Vec<OperatingPoint> = records.set().points.iter().map(|p| p.point.clone()).collect();
         let tube = HeatedTube::read_within(records.folder(), points.iter()).or_bad_input()?;
@@ -129,9 +123,6 @@ impl Intake {
 
     /// Processes them into observations. Of records that still come, the fits that are `kept` are not made
     /// again, and what is written does not say of which files it was made.
-    ///
-    /// # Errors
-    /// File, place and remedy.
     pub fn observe(
         &self,
         options: &ObserveOptions,
@@ -191,9 +182,6 @@ impl Intake {
 
 /// What is known of the records in `folder` where their manifest names no files: of a heated tube its
 /// `tube.toml` says what the rig is, and else the study.
-///
-/// # Errors
-/// File, place and remedy.
 pub fn described(folder: &Path, study: Option<&Study>) -> Result<Described, Failure> {
     let Some(study) = study else { return Ok(Described::default()) };
     let points = study.campaign.operating_points();

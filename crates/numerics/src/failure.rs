@@ -1,6 +1,5 @@
 //! How a step ends when it cannot do its work: one message that names what, where, why and the remedy.
 
-use crate::OutputError;
 use std::path::Path;
 use std::{error::Error, fmt};
 
@@ -73,15 +72,6 @@ impl Failure {
             cause = error.source();
         }
         self
-    }
-}
-
-impl From<OutputError> for Failure {
-    fn from(error: OutputError) -> Self {
-        match error {
-            OutputError::Refused { remedy, .. } => Self::bad_input(&error).remedy(remedy),
-            _ => Self::failed(&error),
-        }
     }
 }
 

@@ -30,7 +30,7 @@ pub use field::{GridField, Lines, Zero};
 pub use files::{LARGEST_TEXT, Unreadable, open_file, read_bytes, read_text};
 pub use howe::{howe, howe_parts};
 pub use jet::{Jet, JetSpace, Order};
-pub use output::{Lock, OutputError, StagedFolder, keep_others, write_output, write_within};
+pub use output::{Lock, StagedFolder, keep_others, write_output, write_within};
 pub use streams::{Stream, Streams};
 pub use tell::Tell;
 pub use whole::{write_through, write_whole};

@@ -64,11 +64,8 @@ impl Study {
         let run = py.detach(|| -> Answer<_> {
             let observations = self.study.observations()?;
             let mut study = self.study.clone();
-            if let Some((k, _)) = until.and_then(|id| study.plan.stage(id)) {
-                study.plan.stages.truncate(k + 1);
-                let plan = study.plan.clone();
-                study.plan.questions.retain(|question| plan.stage(&question.stage).is_some());
-                study.plan.maps.retain(|map| plan.stage(&map.stage).is_some());
+            if let Some((place, _)) = until.and_then(|id| study.plan.stage(id)) {
+                study.plan.end_after(place);
             }
             Ok(rijke_engine::run::Run::new(study, &observations, trusted)?)
         })?;
@@ -133,11 +130,8 @@ fn places(
     if !asked.is_empty() {
         return wider(&run.study, id, asked);
     }
-    let campaign = &run.study.campaign;
-    let of_stage = |k: &usize| {
-        run.study.plan.stage(id).is_some_and(|(_, s)| s.points.holds(campaign, &campaign.points[*k]))
-    };
-    Ok((run.study.clone(), (0..campaign.points.len()).filter(of_stage).collect()))
+    let of_stage = run.study.plan.stage(id).map(|(_, stage)| stage.points.places(&run.study.campaign));
+    Ok((run.study.clone(), of_stage.unwrap_or_default()))
 }
 
 fn wider(

@@ -1,7 +1,7 @@
 //! Figures into files: SVG or PDF, as the name ends.
 
 use crate::pdf;
-use rijke_numerics::{Classify, Failure, write_output, write_within};
+use rijke_numerics::{Failure, write_output, write_within};
 use std::path::Path;
 
 /// The ending of the name of a file.
@@ -16,21 +16,15 @@ pub fn is_file_of_figures(path: &Path) -> bool {
 }
 
 /// Writes a figure, given as the text of its SVG file, into a file that a user named.
-///
-/// # Errors
-/// The place cannot be written.
 pub fn write_figure_as(path: &Path, svg: &str) -> Result<(), Failure> {
     match ending(path) {
-        "pdf" => Ok(write_output(path, &pdf(svg).or_failed()?)?),
-        _ => Ok(write_output(path, svg.as_bytes())?),
+        "pdf" => write_output(path, &pdf(svg)?),
+        _ => write_output(path, svg.as_bytes()),
     }
 }
 
 /// Writes a figure into a folder that no one else writes: `NAME.svg` and `NAME.pdf`.
-///
-/// # Errors
-/// The system's.
 pub fn write_figure(folder: &Path, name: &str, svg: &str) -> Result<(), Failure> {
     write_within(folder, &format!("{name}.svg"), svg)?;
-    write_within(folder, &format!("{name}.pdf"), pdf(svg).or_failed()?)
+    write_within(folder, &format!("{name}.pdf"), pdf(svg)?)
 }

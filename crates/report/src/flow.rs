@@ -8,9 +8,6 @@ use std::path::Path;
 
 /// Writes into `folder` a page with Fig. 2 of the paper, and a figure for every run of a filter. `beside` has
 /// the batch fits of the same runs.
-///
-/// # Errors
-/// The system's.
 pub fn flow_page(document: &FlowDocument, beside: &[RunReport], folder: &Path) -> Result<(), Failure> {
     let mut gallery = Gallery::new(folder, "");
     let filters = filters(&document.runs, beside, document.kind);

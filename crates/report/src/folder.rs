@@ -11,9 +11,6 @@ use rijke_study::{Claims, ObservedModes, Study};
 use std::path::{Path, PathBuf};
 
 /// Writes the page of the study in `dir`, which was ranked.
-///
-/// # Errors
-/// Numbers that are missing or damaged: what to do.
 pub fn draw_study(dir: &Path) -> Result<PathBuf, Failure> {
     let study = open_study(dir)?;
     let results = dir.join("results");
@@ -28,16 +25,13 @@ pub fn draw_study(dir: &Path) -> Result<PathBuf, Failure> {
         let head = StudyHead::of(&study, &observations);
         let sliders = sliders(&study, &observations, &stages);
         let _lock = Lock::take(&results)?;
-        let page = StudyPage::new(&head, &stages, &answers, &verdicts, sliders.as_ref()).or_failed()?;
-        page.write(&results).or_failed()?;
+        let page = StudyPage::new(&head, &stages, &answers, &verdicts, sliders.as_ref())?;
+        page.write(&results)?;
     }
     Ok(results.join("index.html"))
 }
 
 /// Writes the page of stages of responses with its figures.
-///
-/// # Errors
-/// The system's.
 pub fn write_response_page(plan: &Plan, found: &ResponseResults, folder: &Path) -> Result<(), Failure> {
     let head = StudyHead {
         name: plan.name.clone(),
@@ -48,7 +42,7 @@ pub fn write_response_page(plan: &Plan, found: &ResponseResults, folder: &Path) 
         factors: Vec::new(),
         beside: None,
     };
-    for (name, content) in response_page(&head, &found.data.doubts, &found.stages).or_failed()? {
+    for (name, content) in response_page(&head, &found.data.doubts, &found.stages)? {
         let path = folder.join(name);
         path.parent().map_or(Ok(()), std::fs::create_dir_all).or_failed().map_err(|f| f.at(&path))?;
         write_output(&path, &content)?;

@@ -21,9 +21,6 @@ impl<'a> Gallery<'a> {
     }
 
     /// Shows a picture under its title.
-    ///
-    /// # Errors
-    /// The system's.
     pub fn show(&mut self, name: &str, plot: &Plot) -> Result<(), Failure> {
         let title = &plot.title;
         self.body += &format!("<h2>{title}</h2>\n<p><img src=\"{name}.svg\" alt=\"{title}\"></p>\n");
@@ -36,9 +33,6 @@ impl<'a> Gallery<'a> {
     }
 
     /// Lists a picture, with the reason why its record was rejected.
-    ///
-    /// # Errors
-    /// The system's.
     pub fn list(&mut self, name: &str, rejected: Option<&str>, plot: &Plot) -> Result<(), Failure> {
         let reason = rejected.map_or(String::new(), |reason| format!(": rejected, {}", escape(reason)));
         self.body += &format!("<li><a href=\"{name}.svg\">{}</a>{reason}</li>\n", escape(name));
@@ -46,9 +40,6 @@ impl<'a> Gallery<'a> {
     }
 
     /// Ends the page with a piece of HTML, and writes it.
-    ///
-    /// # Errors
-    /// The system's.
     pub fn write(self, title: &str, html: &str) -> Result<(), Failure> {
         let page = format!(
             "<!DOCTYPE html>\n<html lang=\"en\">\n<meta charset=\"utf-8\">\n<title>{title}</title>\n\

@@ -1,7 +1,6 @@
 #![doc = include_str!("../README.md")]
 
 mod draw;
-mod error;
 mod files;
 mod flow;
 mod folder;
@@ -15,7 +14,6 @@ mod response_study;
 mod study;
 
 pub use draw::escape;
-pub use error::ReportError;
 pub use files::{is_file_of_figures, write_figure, write_figure_as};
 pub use flow::flow_page;
 pub use folder::{draw_study, write_response_page};

@@ -72,12 +72,9 @@ impl LivePage {
     }
 
     /// Writes a figure.
-    ///
-    /// # Errors
-    /// The system's.
     pub fn draw(&mut self, live: &Path, part: LivePart, svg: &str) -> Result<(), Failure> {
         self.renewed(part);
-        Ok(write_output(&live.join(part.file()), svg.as_bytes())?)
+        write_output(&live.join(part.file()), svg.as_bytes())
     }
 
     /// What to measure next, in words.
@@ -123,9 +120,6 @@ impl LivePage {
     }
 
     /// Writes `status.json` and the page, each whole.
-    ///
-    /// # Errors
-    /// The system's.
     pub fn write(&mut self, live: &Path) -> Result<(), Failure> {
         self.version += 1;
         let text = format!(
@@ -138,7 +132,7 @@ impl LivePage {
         );
         let status = serde_json::to_string_pretty(self).unwrap_or_default() + "\n";
         write_output(&live.join("index.html"), text.as_bytes())?;
-        Ok(write_output(&live.join("status.json"), status.as_bytes())?)
+        write_output(&live.join("status.json"), status.as_bytes())
     }
 
     fn body(&self, live: &Path) -> String {

@@ -1,9 +1,9 @@
-//! Conditions and grids as options name them, and what is said of the surroundings of conditions.
+//! Conditions and grids as options name them.
 
 use rijke_engine::run::AskedPoint;
 use rijke_numerics::Failure;
+use rijke_study::Study;
 use rijke_study::plan::{MapGrid, Selection};
-use rijke_study::{Point, Study};
 use std::collections::BTreeMap;
 
 /// What names the day whose error of T_amb a condition shares.
@@ -30,31 +30,6 @@ pub(crate) fn condition(flag: &str, text: &str) -> Result<AskedPoint, Failure> {
         }
     }
     Ok(AskedPoint::new(values, day))
-}
-
-/// Where the ambient temperature of a condition and its error come from, as far as its words do not say it;
-/// `nearest` is the point of which it has all that it does not say.
-pub(crate) fn surroundings(asked: &AskedPoint, point: &Point, nearest: &str) -> Option<String> {
-    let [kelvin, sd] = point.ambient?;
-    let given = |name: &str| asked.values.contains_key(name);
-    let temperature = match (given("T_amb"), &asked.day) {
-        (true, _) => None,
-        (false, None) => Some(format!("that of {nearest}, the nearest point")),
-        (false, Some(day)) => Some(format!("that of {nearest}, the nearest point of day {day}")),
-    };
-    let error = match (given("T_amb_sd"), &asked.day) {
-        (true, _) => None,
-        (false, None) => {
-            Some("the campaign's standard deviation, as an error of this condition alone".to_owned())
-        }
-        (false, Some(day)) => Some(format!("the error of day {day}")),
-    };
-    let from: Vec<String> = [temperature, error].into_iter().flatten().collect();
-    let missing: Vec<&str> = ["T_amb", "T_amb_sd"].into_iter().filter(|name| !given(name)).collect();
-    (!from.is_empty()).then(|| {
-        let (from, missing) = (from.join(", with "), missing.join(" and "));
-        format!("T_amb = {kelvin} +- {sd} K: {from}; give {missing} in --at for another")
-    })
 }
 
 /// `x_g,Q`, or `x_g=0.1:0.6,Q=0:80` with the ends of ranges; those of the points that `among` means, where

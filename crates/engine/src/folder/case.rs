@@ -47,11 +47,13 @@ pub(super) enum Chain {
 }
 
 impl ModeCase {
+    fn new(path: &Path, region: Region, chain: Chain, remedy: &'static str) -> Self {
+        let (title, warnings, note, devices) = (None, Vec::new(), None, Vec::new());
+        Self { path: path.to_owned(), title, region, passive: false, warnings, note, devices, chain, remedy }
+    }
+
     /// A network file, or the `rig.toml` of a study at the medians of its priors; frequencies (Hz) between
     /// `limits` where they are given.
-    ///
-    /// # Errors
-    /// File, place and remedy.
     pub fn file(path: &Path, limits: [Option<f64>; 2]) -> Result<Self, Failure> {
         let text = rijke_numerics::read_text(path).or_bad_input().map_err(|failure| {
             failure.at(path).remedy("Name a network file; fixtures/networks holds examples.")
@@ -74,17 +76,7 @@ impl ModeCase {
         let (title, region, passive) = (built.name.take(), built.region, built.passive);
         let chain = Chain::File(Box::new(built), text);
         let remedy = "Change the region with [search], --min-hz or --max-hz, or the element named.";
-        Ok(Self {
-            path: path.to_owned(),
-            title,
-            region,
-            passive,
-            warnings,
-            note: None,
-            devices,
-            chain,
-            remedy,
-        })
+        Ok(Self { title, passive, warnings, devices, ..Self::new(path, region, chain, remedy) })
     }
 
     /// A rig as studies have it, with quantities, formulas and unknowns; `error` says why it is no plain
@@ -112,23 +104,12 @@ impl ModeCase {
             Vec::from_iter((!unknowns.is_empty()).then(|| {
                 format!("unknown numbers are at the medians of their priors: {}", unknowns.join(", "))
             }));
-        Ok(Self {
-            path: path.to_owned(),
-            title: Some(study.rig.name),
-            region,
-            passive: false,
-            warnings,
-            note: None,
-            devices,
-            chain: Chain::Point(Box::new(spectrum)),
-            remedy: "Change the region with [search] of the file.",
-        })
+        let (title, chain) = (Some(study.rig.name), Chain::Point(Box::new(spectrum)));
+        let remedy = "Change the region with [search] of the file.";
+        Ok(Self { title, warnings, devices, ..Self::new(path, region, chain, remedy) })
     }
 
     /// Inputs of OSCILOS_lite.
-    ///
-    /// # Errors
-    /// File and remedy.
     pub fn oscilos(folder: &Path) -> Result<Self, Failure> {
         let inputs = folder.join("Inputs");
         let path = if inputs.is_dir() { inputs } else { folder.to_path_buf() };
@@ -162,13 +143,10 @@ impl ModeCase {
         warnings.extend(doubts_of_oscilos(&texts));
         let chain = Chain::Oscilos(Box::new(chain), names);
         let remedy = "Change Scan_range.txt, or give --min-hz and --max-hz.";
-        Ok(Self { path, title: None, region, passive: false, warnings, note: None, devices, chain, remedy })
+        Ok(Self { warnings, devices, ..Self::new(&path, region, chain, remedy) })
     }
 
     /// A point of a study, by the model of a stage if it was ranked.
-    ///
-    /// # Errors
-    /// File, place and remedy.
     pub fn point(
         dir: &Path,
         id: &str,
@@ -212,17 +190,10 @@ impl ModeCase {
                  with their uncertainty"
             )
         });
-        Ok(Self {
-            path: dir.to_owned(),
-            title: Some(format!("{} at {id}, by {by}", study.plan.name)),
-            region,
-            passive: false,
-            warnings: study.rig.doubts.clone(),
-            note,
-            devices,
-            chain: Chain::Point(Box::new(spectrum)),
-            remedy: "Change the region with [search] of rig.toml, --min-hz or --max-hz.",
-        })
+        let title = Some(format!("{} at {id}, by {by}", study.plan.name));
+        let (warnings, chain) = (study.rig.doubts.clone(), Chain::Point(Box::new(spectrum)));
+        let remedy = "Change the region with [search] of rig.toml, --min-hz or --max-hz.";
+        Ok(Self { title, warnings, note, devices, ..Self::new(dir, region, chain, remedy) })
     }
 
     pub(super) fn bad<T>(&self, outcome: Result<T, NetworkError>) -> Result<T, Failure> {
@@ -238,9 +209,6 @@ impl ModeCase {
     }
 
     /// Poles of laws within the region: growth rate and frequency.
-    ///
-    /// # Errors
-    /// The count failed.
     pub fn poles(&self) -> Result<Vec<[f64; 2]>, Failure> {
         let poles: Vec<C64> = self.bad(match &self.chain {
             Chain::File(built, _) => built.poles(&self.region),
@@ -254,9 +222,6 @@ impl ModeCase {
     }
 
     /// Shape of a mode and sensitivities of its growth rate along x.
-    ///
-    /// # Errors
-    /// The computation failed.
     pub fn curves(&self, mode: &Mode) -> Result<ModeCurves, Failure> {
         let root = mode.root();
         let stations = match &self.chain {

@@ -12,9 +12,6 @@ use serde_json::{Value, json};
 const MOST: usize = 6;
 
 /// Reads all data, and says what every stage of responses trains on and which parameters that can tell.
-///
-/// # Errors
-/// File, line and remedy.
 pub fn check_responses(study: Study, tell: &dyn Tell) -> Result<Value, Failure> {
     let dir = study.folder.clone();
     let plan = study.plan.clone();

@@ -145,9 +145,6 @@ impl InferredNetwork {
     }
 
     /// Writes the files of a study of one stage.
-    ///
-    /// # Errors
-    /// The system's.
     pub fn write_study(&self, folder: &Path) -> Result<(), Failure> {
         let origin = "kind = \"measured\"\nsource = \"the table of `rijke infer`\"\n";
         let files = [

@@ -4,6 +4,7 @@
 
 mod case;
 mod check_responses;
+mod forecasts;
 mod infer;
 mod modes;
 mod rank;
@@ -13,6 +14,7 @@ mod study;
 
 pub use case::ModeCase;
 pub use check_responses::check_responses;
+pub use forecasts::{Predicted, forecast_csv, how_many, surroundings};
 pub use infer::{InferredNetwork, infer_networks};
 pub use modes::{ByNoise, FoundModes, ModeLine};
 pub use rank::{Foresee, RankOptions, rank};

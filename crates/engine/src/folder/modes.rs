@@ -82,9 +82,6 @@ const NOISE: f64 = 1e-4;
 
 impl ModeCase {
     /// Finds them. What is doubtful is told: it may say why there are no modes.
-    ///
-    /// # Errors
-    /// The search failed, with the remedy.
     pub fn find(&self, tell: &dyn Tell) -> Result<FoundModes, Failure> {
         let path = self.path.display();
         self.warnings.iter().for_each(|warning| tell.note(format!("warning: {path}: {warning}")));
@@ -168,9 +165,6 @@ impl ModeCase {
 
 impl FoundModes {
     /// As CSV.
-    ///
-    /// # Errors
-    /// None of a table whose rows are as long as its head.
     pub fn csv(&self) -> Result<String, Failure> {
         let head = [
             "frequency [Hz]",

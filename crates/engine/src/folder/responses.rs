@@ -41,9 +41,6 @@ impl ResponseResults {
     pub const BESIDE_MODES: &'static str = "responses";
 
     /// Reads those that ranking kept, and says in which folder of the results of the study they are.
-    ///
-    /// # Errors
-    /// A file is missing or damaged: what to do.
     pub fn read(study: &Study) -> Result<(Self, &'static str), Failure> {
         let beside = if study.plan.stages.is_empty() { "" } else { Self::BESIDE_MODES };
         let (dir, within) = (&study.folder, Path::new(beside));

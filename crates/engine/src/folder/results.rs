@@ -15,9 +15,6 @@ pub(super) fn no_stage(id: &str, plan: &Plan, dir: &Path) -> Failure {
 }
 
 /// The place of a stage among all.
-///
-/// # Errors
-/// There is none of this name.
 pub fn known_stage(id: &str, all: &[&str], dir: &Path) -> Result<usize, Failure> {
     all.iter().position(|known| *known == id).ok_or_else(|| none_of(id, all, dir))
 }
@@ -38,9 +35,6 @@ pub struct Ranked {
 
 impl Ranked {
     /// Reads them; without a name, of the last stage.
-    ///
-    /// # Errors
-    /// File, place and remedy.
     pub fn open(dir: &Path, stage: Option<&str>, tell: &dyn Tell) -> Result<Self, Failure> {
         let study = open_study(dir)?;
         warn_of_study(dir, tell);
@@ -55,17 +49,11 @@ impl Ranked {
     }
 
     /// The models that are open beside the one that goes on; none where the evidence decides.
-    ///
-    /// # Errors
-    /// A file is damaged: what to do.
     pub fn open_models(&self) -> Result<Vec<OpenModel>, Failure> {
         Ok(kept_if_any(&self.study.folder, &open_of(&self.stage.id))?.unwrap_or_default())
     }
 
     /// The open models or, where nothing is open, the best other model; a stage of one model has none.
-    ///
-    /// # Errors
-    /// A file is damaged: what to do.
     pub fn rivals(&self) -> Result<Vec<OpenModel>, Failure> {
         let mut rivals = self.open_models()?;
         if rivals.is_empty() {
@@ -83,18 +71,12 @@ fn none_of(id: &str, all: &[&str], dir: &Path) -> Failure {
 }
 
 /// One file of DIR/results/models that need not be there.
-///
-/// # Errors
-/// It cannot be read.
 pub(super) fn kept_if_any<T: DeserializeOwned>(dir: &Path, name: &str) -> Result<Option<T>, Failure> {
     let there = dir.join("results/models").join(format!("{name}.json")).is_file();
     there.then(|| kept(dir, "models", name)).transpose()
 }
 
 /// One file of DIR/results.
-///
-/// # Errors
-/// It is missing or damaged: what to do.
 pub fn kept<T: DeserializeOwned>(dir: &Path, folder: &str, name: &str) -> Result<T, Failure> {
     let path = dir.join("results").join(folder).join(format!("{name}.json"));
     let remedy = rank_first(dir);
@@ -151,9 +133,6 @@ pub struct Results {
 
 impl Results {
     /// Reads what ranking wrote for a study, up to the stage after which it stopped.
-    ///
-    /// # Errors
-    /// A file is missing or damaged: what to do.
     pub fn read(dir: &Path, plan: &Plan) -> Result<Self, Failure> {
         let verdicts = kept(dir, "numbers", "claims")?;
         let numbers = dir.join("results/numbers");

@@ -6,9 +6,6 @@ use rijke_study::{ObservedModes, Study, StudyProblem, changed_records, changed_s
 use std::path::Path;
 
 /// Reads a study.
-///
-/// # Errors
-/// File, line and remedy.
 pub fn open_study(dir: &Path) -> Result<Study, Failure> {
     if !dir.join("study.toml").exists() {
         return Err(Failure::bad_input(format!("{}: holds no study.toml, so it is no study", dir.display()))
@@ -18,9 +15,6 @@ pub fn open_study(dir: &Path) -> Result<Study, Failure> {
 }
 
 /// Refuses a study with stages of responses, for a command that runs stages of modes without them.
-///
-/// # Errors
-/// If it has some.
 pub fn without_responses(study: &Study, command: &str) -> Result<(), Failure> {
     of_modes(study)?;
     if study.plan.responses.is_empty() {
@@ -32,9 +26,6 @@ pub fn without_responses(study: &Study, command: &str) -> Result<(), Failure> {
 }
 
 /// Refuses a study all of whose stages train on responses, for a command of modes.
-///
-/// # Errors
-/// If it has no other.
 pub fn of_modes(study: &Study) -> Result<(), Failure> {
     if !study.plan.stages.is_empty() {
         return Ok(());
@@ -45,9 +36,6 @@ pub fn of_modes(study: &Study) -> Result<(), Failure> {
 }
 
 /// Reads what was observed.
-///
-/// # Errors
-/// File, line and remedy.
 pub fn observations(study: &Study) -> Result<ObservedModes, Failure> {
     of_modes(study)?;
     study.observations().map_err(|error| {
@@ -68,9 +56,6 @@ pub fn is_measured(folder: &Path) -> bool {
 }
 
 /// Warns of what has no effect, and of statements of a study that contradict its observations.
-///
-/// # Errors
-/// File, line and remedy.
 pub(crate) fn warn_of(study: &Study, observations: &ObservedModes, tell: &dyn Tell) -> Result<(), Failure> {
     tell.warn(&study.unused());
     tell.warn(&doubts_of(study));

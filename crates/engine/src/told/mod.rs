@@ -5,6 +5,7 @@ mod doubts;
 mod foresight;
 mod heat;
 mod responses;
+mod search;
 mod stage;
 
 pub use doubts::{reasons, warn_of_prior};

@@ -14,12 +14,12 @@ pub(crate) mod numbers;
 mod sliders;
 mod tables;
 
-use crate::ReportError;
 use crate::draw::{self, html};
 use rijke_engine::run::{
     Answer, Frame, Judgement, ModelRecord, Sliders, StageRecord, gains_along, left_out_table, models,
     residuals_over_factors,
 };
+use rijke_numerics::Failure;
 use rijke_rig::{DataKind, files::csv_table};
 use std::{fs, path::Path};
 use tables::{chosen, total};
@@ -50,16 +50,16 @@ impl StudyPage {
     /// `tables/sliders.csv`.
     ///
     /// # Errors
-    /// [`ReportError::Nothing`] if no stage was run.
+    /// If no stage was run.
     pub fn new(
         head: &StudyHead,
         stages: &[StageRecord],
         answers: &[Answer],
         verdicts: &[Judgement],
         sliders: Option<&(String, Result<Sliders, String>)>,
-    ) -> Result<Self, ReportError> {
+    ) -> Result<Self, Failure> {
         if stages.is_empty() {
-            return Err(ReportError::Nothing);
+            return Err(Failure::failed("no numbers of any stage"));
         }
         let mut page = Self { files: Vec::new() };
         let mut body = String::new();
@@ -147,7 +147,7 @@ impl StudyPage {
         head: &StudyHead,
         answer: &Answer,
         stage: Option<&StageRecord>,
-    ) -> Result<String, ReportError> {
+    ) -> Result<String, Failure> {
         let prefix = if answer.frames.len() > 1 && !map::is_one(answer) { "-measured" } else { "" };
         for (k, frame) in answer.frames.iter().enumerate() {
             let name =
@@ -170,7 +170,7 @@ impl StudyPage {
         ))
     }
 
-    fn table(&mut self, name: &str, frame: &Frame) -> Result<(), ReportError> {
+    fn table(&mut self, name: &str, frame: &Frame) -> Result<(), Failure> {
         let unit = |c: &rijke_engine::run::FrameColumn| format!("{} [{}]", c.name, c.unit);
         // Where points have several modes.
         let several = frame.rows.iter().any(|row| !row.mode.is_empty());
@@ -190,13 +190,16 @@ impl StudyPage {
     /// Writes the files into a folder, the page last. Each appears under its name only when it is complete.
     ///
     /// # Errors
-    /// [`ReportError::Write`] names the file that could not be written.
-    pub fn write(&self, folder: &Path) -> Result<(), ReportError> {
+    /// Names the file that could not be written.
+    pub fn write(&self, folder: &Path) -> Result<(), Failure> {
         for (name, content) in &self.files {
             let path = folder.join(name);
             let folder = path.parent().map_or(Ok(()), fs::create_dir_all);
             let written = folder.and_then(|()| rijke_numerics::write_whole(&path, content));
-            written.map_err(|source| ReportError::Write { path, source })?;
+            written.map_err(|error| Failure {
+                causes: vec![error.to_string()],
+                ..Failure::failed(format!("{}: cannot be written", path.display()))
+            })?;
         }
         Ok(())
     }

@@ -175,7 +175,7 @@ impl Work {
         }
         let judged = verdicts(&study.claims, observations.kind, &stages, &answers);
         let page = StudyPage::new(&StudyHead::of(&study, &observations), &stages, &answers, &judged, None);
-        page.or_failed()?.write(&self.live.join("study")).or_failed()?;
+        page?.write(&self.live.join("study"))?;
         let next = stages.last().map_or_else(
             || Err("no stage was trained".to_owned()),
             |stage| suggested(&study, &observations, &run, &stage.id).map_err(|e| e.to_string()),
