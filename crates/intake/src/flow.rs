@@ -50,7 +50,6 @@ impl Default for FlowOptions {
 }
 
 /// Whether a study wants states that are inferred, and has the observations of which they can be.
-#[must_use]
 pub fn flow_is_due(study: &Study) -> bool {
     let observations = study.folder.join("observations");
     matches!(study.plan.base, Base::States(_))
@@ -75,7 +74,6 @@ impl Flow {
     }
 
     /// When the flow of each ramp is settled, in words.
-    #[must_use]
     pub fn settling(&self) -> Vec<String> {
         self.document.runs.iter().flat_map(|run| &run.settling).map(settles).collect()
     }

@@ -9,7 +9,6 @@ mod foreseen;
 mod made;
 mod observe;
 mod plots;
-mod stated;
 mod switched;
 
 pub use check::check_records;

@@ -1,9 +1,9 @@
 //! Records of pings and clicks to observations: opened beside their study, processed, written.
 
-use crate::{OpenStudy, stated};
+use crate::OpenStudy;
 use rijke_flow::{HeatedTube, Ramp};
 use rijke_numerics::{Classify, Failure, StagedFolder, Tell};
-use rijke_rig::{Described, OperatingPoint, RecordFolder, RecordSource, Rejection};
+use rijke_rig::{Described, OperatingPoint, RecordFolder, RecordSet, RecordSource, Rejection};
 use rijke_signal::{
     ChannelPriors, Kept, ProcessError, ProcessOptions, Processed, process_again, record_count,
 };
@@ -97,14 +97,12 @@ impl Intake {
     }
 
     /// Records of a laboratory, which are in no folder, and its tube.
-    #[must_use]
     pub fn of_laboratory(records: Box<dyn RecordSource>, tube: HeatedTube) -> Self {
         let name = "virtual rig".to_owned();
         Self { records: Records::Laboratory(records), tube: Some(tube), study: None, name }
     }
 
     /// The records.
-    #[must_use]
     pub fn source(&self) -> &dyn RecordSource {
         match &self.records {
             Records::Folder(records) => records,
@@ -142,13 +140,13 @@ impl Intake {
             StagedFolder::beside_others(out.folder, "observations.toml", &WRITTEN[by_hand..], out.force)?;
         tell.after_killed_run(&staged);
         let mut fits = ProcessOptions::default();
-        let (band, why) = stated::band(options.band_hz, source.set(), study);
+        let (found, why) = band(options.band_hz, source.set(), study);
         said.extend(why);
-        fits.ping.band_hz = band;
+        fits.ping.band_hz = found;
         // Neighbours are looked for beyond the band.
-        fits.ping.highest_hz = fits.ping.highest_hz.max(1.4 * band.1);
-        let mains = stated::mains(options.mains_hz, source.set(), study);
-        fits.ping.mains_hz = mains.unwrap_or(fits.ping.mains_hz);
+        fits.ping.highest_hz = fits.ping.highest_hz.max(1.4 * found.1);
+        let stated = mains(options.mains_hz, source.set(), study);
+        fits.ping.mains_hz = stated.unwrap_or(fits.ping.mains_hz);
         (fits.gain_spread, fits.stated) = (options.gain_spread, options.channels.clone());
         let progress = tell.progress("processing", record_count(source.set()) as u64);
         let processed = process_again(source, &fits, kept, &|| progress(1));
@@ -191,4 +189,24 @@ pub fn described(folder: &Path, study: Option<&Study>) -> Result<Described, Fail
         None => study.apparatus().or_bad_input()?,
     };
     Ok(Described { rig: Some(rig), points: Some(points) })
+}
+
+/// The band of the wanted mode, Hz, and for a study what states it.
+fn band(option: Option<[f64; 2]>, set: &RecordSet, study: Option<&Study>) -> ((f64, f64), Option<String>) {
+    let usual = ProcessOptions::default().ping.band_hz;
+    let recorded = study.and_then(|s| s.rig.ping_band_hz);
+    let searched = study.filter(|s| s.rig.search_is_stated[1]).map(|s| s.rig.search[1]);
+    let (band, why) = match (option, set.acquisition.band_hz, recorded, searched) {
+        (Some([low, high]), _, _, _) => return ((low, high), None),
+        (_, Some([low, high]), _, _) => ((low, high), "as `band_hz` of the manifest says"),
+        (_, _, Some([low, high]), _) => ((low, high), "as `band_hz` of rig.toml says"),
+        (_, _, _, Some([low, high])) => ((low, high), "as [search] of rig.toml says"),
+        _ => return (usual, None),
+    };
+    (band, Some(format!("the mode is sought from {} to {} Hz, {why}", band.0, band.1)))
+}
+
+/// The frequency of the mains, Hz, if option, manifest or study state it.
+fn mains(option: Option<f64>, set: &RecordSet, study: Option<&Study>) -> Option<f64> {
+    option.or(set.acquisition.mains_hz).or_else(|| study?.rig.mains_hz)
 }

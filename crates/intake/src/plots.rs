@@ -63,7 +63,6 @@ impl Intake {
     }
 
     /// The delays of the channels.
-    #[must_use]
     pub fn plot_of_delays(&self, processed: &Processed) -> Plot {
         let found = [("pings", &processed.ping_delays), ("clicks", &processed.click_delays)];
         let panels = found.into_iter().filter_map(|(what, d)| Some(delay_panel(what, d.as_ref()?))).collect();

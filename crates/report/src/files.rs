@@ -10,7 +10,6 @@ fn ending(path: &Path) -> &str {
 }
 
 /// Whether a figure can be written into a file of this name: its ending is `svg` or `pdf`.
-#[must_use]
 pub fn is_file_of_figures(path: &Path) -> bool {
     matches!(ending(path), "svg" | "pdf")
 }

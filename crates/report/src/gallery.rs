@@ -15,7 +15,6 @@ pub struct Gallery<'a> {
 
 impl<'a> Gallery<'a> {
     /// Begins the page with a piece of HTML.
-    #[must_use]
     pub fn new(folder: &'a Path, html: &str) -> Self {
         Self { folder, body: html.to_owned() }
     }

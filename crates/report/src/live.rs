@@ -94,7 +94,6 @@ impl LivePage {
     }
 
     /// One line for a terminal.
-    #[must_use]
     pub fn line(&self, changed: &[String]) -> String {
         let files = match changed {
             [one] => one.clone(),

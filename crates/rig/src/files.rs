@@ -92,20 +92,15 @@ pub fn csv_table(rows: impl IntoIterator<Item = Vec<String>>) -> Result<String, 
     String::from_utf8(writer.into_inner().or_failed()?).or_failed()
 }
 
-/// A row of texts.
-#[must_use]
-pub fn texts(cells: &[&str]) -> Vec<String> {
-    cells.iter().map(|cell| (*cell).to_owned()).collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
     fn exact_a_cell_with_a_comma_is_one_cell() {
-        let rows = [texts(&["name", "p re"]), vec!["m1, upper".to_owned(), 0.5.to_string()]];
+        let row = |cells: &[&str]| cells.iter().map(|cell| (*cell).to_owned()).collect::<Vec<_>>();
+        let rows = [row(&["name", "p re"]), row(&["m1, upper", "0.5"])];
         assert_eq!(csv_table(rows).ok().unwrap(), "name,p re\n\"m1, upper\",0.5\n");
-        assert!(csv_table([texts(&["a", "b"]), texts(&["1"])]).is_err());
+        assert!(csv_table([row(&["a", "b"]), row(&["1"])]).is_err());
     }
 }

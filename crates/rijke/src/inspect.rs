@@ -38,16 +38,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
         "{format}, {} channels of {frames_shown} samples{duration}",
         numbers.iter().flatten().count()
     ));
-    let head = [
-        "channel",
-        "name",
-        "mean",
-        "root mean square",
-        "smallest",
-        "largest",
-        "at full scale",
-        "not a number",
-    ];
+    let head = "channel,name,mean,root mean square,smallest,largest,at full scale,not a number".split(',');
     let rows = channels.iter().zip(&numbers).map(|(c, number)| {
         let numbers = [c.mean, c.rms, c.smallest, c.largest].map(|v| format!("{v:.6}"));
         let number = number.map_or_else(|| "time".to_owned(), |k| k.to_string());

@@ -176,19 +176,7 @@ fn positive(text: &str) -> Result<f64, String> {
 }
 
 fn table(processed: &Processed, ui: &Ui) {
-    let head = [
-        "point",
-        "pings",
-        "growth rate (1/s)",
-        "+-",
-        "frequency (rad/s)",
-        "+-",
-        "between repeats",
-        "drift",
-        "clicks",
-        "top arrival (ms)",
-        "+- (us)",
-    ];
+    let head = "point,pings,growth rate (1/s),+-,frequency (rad/s),+-,between repeats,drift,clicks,top arrival (ms),+- (us)";
     // As many decimals as show the smallest error.
     let sds = |k: usize| {
         let pings = processed.observations.points.iter().filter_map(|p| p.ping.as_ref());
@@ -220,7 +208,7 @@ fn table(processed: &Processed, ui: &Ui) {
             }),
         ]
     };
-    ui.table(head, processed.observations.points.iter().zip(&processed.scatter).map(row));
+    ui.table(head.split(','), processed.observations.points.iter().zip(&processed.scatter).map(row));
 }
 
 fn ping(point: &PointObservations, show: impl Fn(C64, (f64, f64)) -> String) -> String {

@@ -89,34 +89,20 @@ pub fn how_many<'a>(points: impl Iterator<Item = &'a String>) -> usize {
 /// Predictions as CSV, a row for each.
 pub fn forecast_csv(study: &Study, found: &[Forecast]) -> Result<String, Failure> {
     let factors = study.campaign.factors.iter().map(|f| format!("{} [{}]", f.name, f.unit_in_print()));
-    let numbers = [
-        "growth_rate [1/s]",
-        "growth_rate_sd [1/s]",
-        "growth_rate_model_sd [1/s]",
-        "angular_frequency [rad/s]",
-        "angular_frequency_sd [rad/s]",
-        "angular_frequency_model_sd [rad/s]",
-        "probability_of_instability",
-        "other_mode_growth_rate [1/s]",
-        "other_mode_frequency [Hz]",
-    ];
-    let averaged = [
-        "averaged_growth_rate [1/s]",
-        "averaged_growth_rate_sd [1/s]",
-        "averaged_growth_rate_model_sd [1/s]",
-        "averaged_angular_frequency [rad/s]",
-        "averaged_angular_frequency_sd [rad/s]",
-        "averaged_angular_frequency_model_sd [rad/s]",
-        "averaged_probability_of_instability",
-    ];
+    let numbers = "growth_rate [1/s],growth_rate_sd [1/s],growth_rate_model_sd [1/s],angular_frequency [rad/s],\
+         angular_frequency_sd [rad/s],angular_frequency_model_sd [rad/s],probability_of_instability,\
+         other_mode_growth_rate [1/s],other_mode_frequency [Hz]";
+    let averaged = "averaged_growth_rate [1/s],averaged_growth_rate_sd [1/s],averaged_growth_rate_model_sd [1/s],\
+         averaged_angular_frequency [rad/s],averaged_angular_frequency_sd [rad/s],\
+         averaged_angular_frequency_model_sd [rad/s],averaged_probability_of_instability";
     let open = found.iter().any(|f| f.averaged.is_some());
-    let averaged = if open { &averaged[..] } else { &[] };
+    let averaged: Vec<&str> = averaged.split(',').filter(|_| open).collect();
     let several = found.iter().any(|f| !f.mode.is_empty());
     let mode = several.then(|| "mode".to_owned());
     let head = std::iter::once("point".to_owned())
         .chain(mode)
         .chain(factors)
-        .chain(numbers.map(String::from))
+        .chain(numbers.split(',').map(String::from))
         .chain(averaged.iter().map(|n| (*n).to_owned()));
     let row = |f: &Forecast| {
         let factors = f.factors.iter().map(|v| v.map_or(String::new(), |v| v.to_string()));
@@ -135,7 +121,6 @@ pub fn forecast_csv(study: &Study, found: &[Forecast]) -> Result<String, Failure
 
 /// Where the ambient temperature of a condition and its error come from, as far as its words do not say it;
 /// `nearest` is the point of which it has all that it does not say.
-#[must_use]
 pub fn surroundings(asked: &AskedPoint, point: &Point, nearest: &str) -> Option<String> {
     let [kelvin, sd] = point.ambient?;
     let given = |name: &str| asked.values.contains_key(name);

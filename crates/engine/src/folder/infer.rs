@@ -99,13 +99,11 @@ impl InferredNetwork {
     }
 
     /// The model.
-    #[must_use]
     pub fn model(&self) -> &ModelRecord {
         &self.stage.models[0]
     }
 
     /// All of it as JSON.
-    #[must_use]
     pub fn json(&self) -> serde_json::Value {
         let (e, model) = (self.evidence, self.model());
         let [growth, frequency, pressure] = model.misfit;

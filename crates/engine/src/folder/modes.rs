@@ -5,7 +5,7 @@ use crate::ModeDetails;
 use rijke_network::file::{Account, Scatter, by_the_rule_of_oscilos, scatter};
 use rijke_network::{Advice, Mode, Modes};
 use rijke_numerics::{C64, Classify, Failure, Tell};
-use rijke_rig::files::{csv_table, texts};
+use rijke_rig::files::csv_table;
 use serde::Serialize;
 use std::f64::consts::PI;
 
@@ -166,18 +166,9 @@ impl ModeCase {
 impl FoundModes {
     /// As CSV.
     pub fn csv(&self) -> Result<String, Failure> {
-        let head = [
-            "frequency [Hz]",
-            "growth_rate [1/s]",
-            "residual",
-            "condition",
-            "multiplicity",
-            "upstream_end [1/s]",
-            "downstream_end [1/s]",
-            "viscous_wall [1/s]",
-            "thermal_wall [1/s]",
-            "elements [1/s]",
-        ];
+        let head = "frequency [Hz],growth_rate [1/s],residual,condition,multiplicity,upstream_end [1/s],\
+             downstream_end [1/s],viscous_wall [1/s],thermal_wall [1/s],elements [1/s]";
+        let head = head.split(',').map(str::to_owned).collect();
         let row = |l: &ModeLine| {
             let [frequency, growth] = [l.frequency_hz, l.growth_rate].map(|v| v.to_string());
             let (residual, multiplicity) = (format!("{:e}", l.residual), l.multiplicity.to_string());
@@ -189,7 +180,7 @@ impl FoundModes {
                 .chain(shares.map(|v| v.to_string()))
                 .collect()
         };
-        csv_table(std::iter::once(texts(&head)).chain(self.modes.iter().map(row)))
+        csv_table(std::iter::once(head).chain(self.modes.iter().map(row)))
     }
 }
 

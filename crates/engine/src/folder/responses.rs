@@ -52,7 +52,6 @@ impl ResponseResults {
     }
 
     /// Every stage without its curves.
-    #[must_use]
     pub fn shorts(&self) -> Vec<serde_json::Value> {
         self.stages.iter().map(short).collect()
     }

@@ -85,7 +85,6 @@ pub fn kept<T: DeserializeOwned>(dir: &Path, folder: &str, name: &str) -> Result
 }
 
 /// What to do where results are missing or damaged.
-#[must_use]
 pub(crate) fn rank_first(dir: &Path) -> String {
     format!("Run `rijke rank {}` first, again if the study has changed.", dir.display())
 }
@@ -104,13 +103,11 @@ pub fn warn_of_missing(dir: &Path, stage: &str, tell: &dyn Tell) {
 }
 
 /// Where the best model of a stage but the one that goes on is kept.
-#[must_use]
 pub fn rival_of(stage: &str) -> String {
     format!("{stage}.rival")
 }
 
 /// Where the models are kept that are open beside the one that goes on from a stage.
-#[must_use]
 pub(super) fn open_of(stage: &str) -> String {
     format!("{stage}.open")
 }

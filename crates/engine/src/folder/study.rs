@@ -50,7 +50,6 @@ pub fn observations(study: &Study) -> Result<ObservedModes, Failure> {
 }
 
 /// Whether a folder of observations holds what was measured of modes; `readings.csv` may lie there before.
-#[must_use]
 pub fn is_measured(folder: &Path) -> bool {
     ["observations.toml", "modes.csv", "pings.csv"].iter().any(|name| folder.join(name).exists())
 }
@@ -76,7 +75,6 @@ pub fn warn_of_copies(study: &Study, observations: &ObservedModes, tell: &dyn Te
 }
 
 /// What is doubtful in the files of a rig and its candidates, tables that were measured among them.
-#[must_use]
 pub fn doubts_of(study: &Study) -> Vec<String> {
     let of_files = study.rig.doubts.iter().chain(&study.catalogue.doubts).cloned();
     of_files.chain(study.doubtful()).collect()
@@ -104,7 +102,6 @@ fn warn_of_changed(dir: &Path, made: &str, of: &str, remedy: &str, changed: &[St
 }
 
 /// The first of several names.
-#[must_use]
 pub fn few(names: &[String]) -> String {
     const SHOWN: usize = 4;
     let more = if names.len() > SHOWN { format!(" and {} more", names.len() - SHOWN) } else { String::new() };
@@ -122,7 +119,6 @@ pub fn warn_of_left_out(points: &[String], tell: &dyn Tell) {
 }
 
 /// What the files say can be wrong in ways that are seen only when a model is built from them.
-#[must_use]
 pub fn of_the_engine(error: &EngineError, dir: &Path) -> Failure {
     match error {
         EngineError::NotConverged { .. } | EngineError::Inference(_) | EngineError::Dense(_) => {

@@ -3,13 +3,11 @@
 
 mod doubts;
 mod foresight;
-mod heat;
 mod responses;
 mod search;
 mod stage;
 
 pub use doubts::{reasons, warn_of_prior};
 pub use foresight::tell_foresight;
-pub use heat::tell_heat;
 pub use responses::tell_responses;
-pub use stage::tell_stage;
+pub use stage::{tell_heat, tell_stage};

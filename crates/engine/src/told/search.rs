@@ -6,13 +6,11 @@ use rijke_numerics::Tell;
 
 impl SearchRecord {
     /// The roles in which combinations differ.
-    #[must_use]
     pub fn roles(&self) -> Vec<&str> {
         self.choices.iter().map(|c| &*c.role).collect()
     }
 
     /// Combinations, best first: a head, then rows.
-    #[must_use]
     pub fn combinations_table(&self) -> Vec<Vec<String>> {
         let roles = self.roles();
         let best = self.best.first().map_or(0.0, |c| c.ln_evidence);
@@ -29,7 +27,6 @@ impl SearchRecord {
     }
 
     /// Candidates of every role with their probabilities: a head, then rows.
-    #[must_use]
     pub fn choices_table(&self) -> Vec<Vec<String>> {
         let mut rows = vec![["role", "candidate", "probability"].map(str::to_owned).to_vec()];
         for choice in &self.choices {

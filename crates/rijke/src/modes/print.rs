@@ -19,14 +19,8 @@ pub(super) fn table(case: &ModeCase, found: &FoundModes, ui: &Ui) {
             names.push(name);
         }
     }
-    let mut header = vec![
-        "frequency\nHz",
-        "growth\n1/s",
-        "upstream\nend",
-        "downstream\nend",
-        "viscous\nwall",
-        "thermal\nwall",
-    ];
+    let parts = "frequency\nHz,growth\n1/s,upstream\nend,downstream\nend,viscous\nwall,thermal\nwall";
+    let mut header: Vec<&str> = parts.split(',').collect();
     header.extend(names.iter());
     header.extend(["condition", "residual"]);
     let row = |l: &ModeLine| {
