@@ -3,7 +3,7 @@
 use crate::excited::{Checked, Excited};
 use crate::{Intake, OpenStudy};
 use rayon::prelude::*;
-use rijke_numerics::{Failure, Tell, words::counted};
+use rijke_numerics::{Failed, Tell, words::counted};
 use rijke_rig::{DataKind, Record, RecordSet, RigError};
 use serde_json::{Value, json};
 use std::path::Path;
@@ -15,7 +15,7 @@ const MOST: usize = 20;
 ///
 /// # Errors
 /// Files that cannot be read or processed, with the remedy.
-pub fn check_records(dir: &Path, open: OpenStudy<'_>, tell: &dyn Tell) -> Result<Value, Failure> {
+pub fn check_records(dir: &Path, open: OpenStudy<'_>, tell: &dyn Tell) -> Result<Value, Failed> {
     match Excited::checked(dir, open)? {
         Some(Checked::Records(files)) => {
             tell.say(format!(
@@ -50,7 +50,7 @@ pub fn check_records(dir: &Path, open: OpenStudy<'_>, tell: &dyn Tell) -> Result
         let rest = wrong.len().saturating_sub(MOST);
         let rest = if rest > 0 { format!("\nand {rest} more") } else { String::new() };
         let text = format!("{} of {} files are wrong\n{}{rest}", wrong.len(), read.len(), shown.join("\n"));
-        return Err(Failure::bad_input(text)
+        return Err(Failed::bad_input(text)
             .at(dir)
             .remedy("Mend each file as its line says, or take it out of the manifest; then check again."));
     }

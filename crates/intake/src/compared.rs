@@ -1,6 +1,6 @@
 //! Records in which all microphones hear the same pressure: a table of their gains and delays.
 
-use rijke_numerics::{Classify, Failure, StagedFolder, Tell, write_within};
+use rijke_numerics::{Classify, Failed, StagedFolder, Tell, write_within};
 use rijke_rig::{Comparison, ExcitedRecords};
 use rijke_signal::{ComparedChannels, ComparisonFault};
 use rijke_study::Study;
@@ -19,7 +19,7 @@ pub(crate) fn run(
     out: &Path,
     force: bool,
     tell: &dyn Tell,
-) -> Result<Value, Failure> {
+) -> Result<Value, Failed> {
     let folder = StagedFolder::beside_others(out, TABLE, &[TABLE], force)?;
     let found = compared(records, comparison, study)?;
     let names = &study.rig.microphones.names;
@@ -76,7 +76,7 @@ pub(crate) fn compared(
     records: &ExcitedRecords,
     comparison: &Comparison,
     study: &Study,
-) -> Result<ComparedChannels, Failure> {
+) -> Result<ComparedChannels, Failed> {
     let (count, reference) = (study.rig.microphones.names.len(), study.rig.microphones.reference);
     let sensitivities = comparison.sensitivities(count, &records.path).or_bad_input()?;
     let read = |file: &String| {
@@ -105,6 +105,6 @@ pub(crate) fn compared(
                 (fault.to_string(), "Look at the files and at `channels`.".to_owned())
             }
         };
-        Failure::bad_input(what).at(&records.path).remedy(remedy)
+        Failed::bad_input(what).at(&records.path).remedy(remedy)
     })
 }

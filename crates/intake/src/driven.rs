@@ -3,7 +3,7 @@
 
 use crate::made::{Made, head, point_of};
 use crate::switched;
-use rijke_numerics::{Classify, Failure, Tell};
+use rijke_numerics::{Classify, Failed, Tell};
 use rijke_rig::{Driven, ExcitedRecords, Specimen, SpectraKind};
 use rijke_signal::{
     ChannelGains, Fault, LossBand, PressureFault, RelativePressures, Spectra, Swept, SweptOptions,
@@ -19,14 +19,14 @@ pub(crate) fn driven(
     driven: &Driven,
     study: &Study,
     tell: &dyn Tell,
-) -> Result<Made, Failure> {
+) -> Result<Made, Failed> {
     let names = &study.rig.microphones.names;
     let n = names.len();
     let made = Records { records, driven, names };
     let is_whole = matches!(driven.spectra, SpectraKind::Whole { .. });
     let table = if is_whole { "sweep" } else { "random" };
     if let Some(strange) = driven.switched.iter().find(|s| !(1..n).contains(&s.channel)) {
-        return Err(Failure::bad_input(format!(
+        return Err(Failed::bad_input(format!(
             "[[{table}.switched]]: channel {} of {}",
             strange.channel, strange.file
         ))
@@ -135,12 +135,12 @@ struct Records<'a> {
 }
 
 impl Records<'_> {
-    fn read(&self, file: &str) -> Result<Vec<Vec<f64>>, Failure> {
+    fn read(&self, file: &str) -> Result<Vec<Vec<f64>>, Failed> {
         Ok(self.records.read(file, Some(self.names.len())).or_bad_input()?.channels)
     }
 
     /// A fault of records as a failure.
-    fn fault(&self, files: &[String], fault: &Fault) -> Failure {
+    fn fault(&self, files: &[String], fault: &Fault) -> Failed {
         let listed = files.join(", ");
         let remedy = match (fault, self.driven.spectra) {
             (Fault::DeadChannel { channel, .. }, _) => {
@@ -149,16 +149,16 @@ impl Records<'_> {
             (_, SpectraKind::Segments { .. }) => format!("Look at {listed}, or shorten `segment`."),
             _ => format!("Look at {listed}, or change `band_hz`, `resolution_hz` or `period`."),
         };
-        Failure::bad_input(format!("{listed}: {fault}")).at(&self.records.path).remedy(remedy)
+        Failed::bad_input(format!("{listed}: {fault}")).at(&self.records.path).remedy(remedy)
     }
 
-    fn swept(&self, files: &[String], resolution_hz: f64, period: Option<usize>) -> Result<Swept, Failure> {
+    fn swept(&self, files: &[String], resolution_hz: f64, period: Option<usize>) -> Result<Swept, Failed> {
         let all = files.iter().map(|file| self.read(file)).collect::<Result<Vec<_>, _>>()?;
         let options = SweptOptions { band_hz: self.records.band_hz, resolution_hz, period };
         Swept::new(&all, self.records.rate_hz, &options).map_err(|fault| self.fault(files, &fault))
     }
 
-    fn spectra(&self, files: &[String]) -> Result<Spectra, Failure> {
+    fn spectra(&self, files: &[String]) -> Result<Spectra, Failed> {
         match self.driven.spectra {
             SpectraKind::Whole { resolution_hz, period, .. } => {
                 Ok(self.swept(files, resolution_hz, period)?.spectra)
@@ -172,15 +172,15 @@ impl Records<'_> {
     }
 
     /// Gains from records in which channels have changed places.
-    fn switched(&self) -> Result<SwitchedGains, Failure> {
+    fn switched(&self) -> Result<SwitchedGains, Failed> {
         let straight = self.spectra(&self.driven.straight)?;
         let one =
             |s: &rijke_rig::SwitchedRecord| Ok((s.channel, self.spectra(std::slice::from_ref(&s.file))?));
         let switched: Vec<(usize, Spectra)> =
-            self.driven.switched.iter().map(one).collect::<Result<_, Failure>>()?;
+            self.driven.switched.iter().map(one).collect::<Result<_, Failed>>()?;
         let polynomials = self.driven.polynomials;
         let gains = SwitchedGains::new(&straight, &switched, self.names.len(), polynomials)
-            .map_err(|fault| Failure::bad_input(fault).at(&self.records.path))?;
+            .map_err(|fault| Failed::bad_input(fault).at(&self.records.path))?;
         match gains.doubt(&straight, &switched, polynomials) {
             Some(doubt) => Err(switched::failure(&doubt, self.driven, self.names).at(&self.records.path)),
             None => Ok(gains),
@@ -188,7 +188,7 @@ impl Records<'_> {
     }
 
     /// What the microphones hear in the records of an operating point.
-    fn heard(&self, files: &[String], gains: &ChannelGains) -> Result<RelativePressures, Failure> {
+    fn heard(&self, files: &[String], gains: &ChannelGains) -> Result<RelativePressures, Failed> {
         let SpectraKind::Whole { resolution_hz, period, coherence } = self.driven.spectra else {
             return Ok(RelativePressures::of_noise(self.spectra(files)?, self.names.len(), gains));
         };
@@ -203,7 +203,7 @@ impl Records<'_> {
                 }
             };
             let what = format!("{}: {fault}", files.join(", "));
-            Failure::bad_input(what).at(&self.records.path).remedy(remedy)
+            Failed::bad_input(what).at(&self.records.path).remedy(remedy)
         })
     }
 }
@@ -245,11 +245,11 @@ fn transmission(
     study: &Study,
     point: usize,
     records: &ExcitedRecords,
-) -> Result<(String, Vec<LossBand>), Failure> {
+) -> Result<(String, Vec<LossBand>), Failed> {
     let layout = study.rig.at_factors(&study.campaign.points[point].factors, study.rig.temperature);
-    let layout = layout.map_err(|problem| Failure::bad_input(problem).at(&study.folder.join("rig.toml")))?;
+    let layout = layout.map_err(|problem| Failed::bad_input(problem).at(&study.folder.join("rig.toml")))?;
     if let Some(part) = study.rig.parts.iter().find(|part| part.is_of_other_gas()) {
-        return Err(Failure::bad_input(format!(
+        return Err(Failed::bad_input(format!(
             "`{}` has a gas of its own, and transmission is told in one gas",
             part.name
         ))
@@ -263,7 +263,7 @@ fn transmission(
     let errors = TubeErrors::of(specimen);
     let [before, behind] = tube.sides();
     if before < 2 || behind < 2 {
-        return Err(Failure::bad_input(format!(
+        return Err(Failed::bad_input(format!(
             "`between` of [random.transmission] has {before} microphones before the specimen and {behind} behind it; waves are told apart by two or more"
         ))
         .at(&records.path)

@@ -1,9 +1,9 @@
-//! Records of random noise, sweeps, periodic sounds and blows, and of compared microphones: what they say of a
-//! rig, written as observations.
+//! Records of random noise, sweeps, periodic sounds and blows, and of compared microphones: what they say of
+//! a rig, written as observations.
 
 use crate::made::{Made, head, point_of};
 use crate::{OpenStudy, compared, driven::driven};
-use rijke_numerics::{Classify, Failure, StagedFolder, Tell, write_within};
+use rijke_numerics::{Classify, Failed, StagedFolder, Tell, write_within};
 use rijke_rig::{Blow, Excitation, ExcitedRecords, RigError};
 use rijke_signal::{BlowMode, BlowOptions, combine_blows, fit_blow};
 use rijke_study::Study;
@@ -38,7 +38,7 @@ pub(crate) enum Checked {
 impl Excited {
     /// Opens such records of a study or in a folder beside its study; none if the records are pings and
     /// clicks.
-    pub fn open(dir: &Path, open: OpenStudy<'_>) -> Result<Option<Self>, Failure> {
+    pub fn open(dir: &Path, open: OpenStudy<'_>) -> Result<Option<Self>, Failed> {
         let is_study = dir.join("study.toml").exists();
         let folder = if is_study { dir.join("records") } else { dir.to_owned() };
         let Some(records) = ExcitedRecords::open(&folder).or_bad_input()? else { return Ok(None) };
@@ -47,7 +47,7 @@ impl Excited {
         let study = open(if is_study { dir } else { beside.unwrap_or(dir) })?;
         let is_of_the_rig = folder.canonicalize().ok() == study.folder.join("records").canonicalize().ok();
         if is_of_the_rig && matches!(records.excitation, Excitation::Comparison(_)) {
-            return Err(Failure::bad_input("a comparison of microphones measures nothing of the rig")
+            return Err(Failed::bad_input("a comparison of microphones measures nothing of the rig")
                 .at(&records.path)
                 .remedy(
                     "Put it into a folder of its own in the study, and run `rijke process` with that folder.",
@@ -58,7 +58,7 @@ impl Excited {
 
     /// Takes every step of processing and keeps nothing, so that what is refused later is refused here; none
     /// for records of pings and clicks.
-    pub(crate) fn checked(dir: &Path, open: OpenStudy<'_>) -> Result<Option<Checked>, Failure> {
+    pub(crate) fn checked(dir: &Path, open: OpenStudy<'_>) -> Result<Option<Checked>, Failed> {
         if let Err(error @ RigError::Elsewhere { .. }) = ExcitedRecords::open(dir) {
             return Ok(Some(Checked::Elsewhere(error.to_string())));
         }
@@ -81,14 +81,14 @@ impl Excited {
 
     /// Processes them into observations of the study, or into a table of its microphones; in the folder `out`
     /// or, without one, beside the study's files. What was found, as JSON.
-    pub fn observe(&self, out: Option<&Path>, force: bool, tell: &dyn Tell) -> Result<Value, Failure> {
+    pub fn observe(&self, out: Option<&Path>, force: bool, tell: &dyn Tell) -> Result<Value, Failed> {
         let Self { records, study } = self;
         let beside = match &records.excitation {
             Excitation::Comparison(_) => records.path.with_file_name(""),
             _ => study.folder.join("observations"),
         };
         let out = out.unwrap_or(&beside);
-        let made = |make: &dyn Fn() -> Result<Made, Failure>| {
+        let made = |make: &dyn Fn() -> Result<Made, Failed>| {
             let folder = StagedFolder::beside_others(out, "observations.toml", &WRITTEN, force)?;
             let before = rijke_numerics::read_text(&out.join(WRITTEN[0])).ok();
             let (mut files, answer) = make()?;
@@ -113,7 +113,7 @@ impl Excited {
 }
 
 /// Modes of the states that a blow lets sound.
-fn blows(records: &ExcitedRecords, blow: &Blow, study: &Study, tell: &dyn Tell) -> Result<Made, Failure> {
+fn blows(records: &ExcitedRecords, blow: &Blow, study: &Study, tell: &dyn Tell) -> Result<Made, Failed> {
     for state in &blow.states {
         point_of(study, &state.point, "[[blow.state]]", records)?;
     }
@@ -126,7 +126,7 @@ fn blows(records: &ExcitedRecords, blow: &Blow, study: &Study, tell: &dyn Tell) 
     for file in &blow.files {
         let record = records.read(file, None).or_bad_input()?;
         let fit = fit_blow(&record.channels, records.rate_hz, &options).map_err(|fault| {
-            Failure::bad_input(fault)
+            Failed::bad_input(fault)
                 .at(&records.path)
                 .remedy(format!("Look at {file}, or change `stretch_s`."))
         })?;

@@ -6,7 +6,7 @@ use rijke_flow::shown::{FlowDocument, settles, unknowns_table, velocity_table};
 use rijke_flow::{
     BaseStates, Closures, FlowError, HeatedTube, PROFILES, TubeObservations, TubeRig, read_profiles, settled,
 };
-use rijke_numerics::{Classify, Failure, StagedFolder, Tell, write_within};
+use rijke_numerics::{Classify, Failed, StagedFolder, Tell, write_within};
 use rijke_rig::{DataKind, files::csv_table};
 use rijke_study::{Study, plan::Base};
 use std::path::{Path, PathBuf};
@@ -28,7 +28,7 @@ pub struct FlowOptions {
 
 /// A base flow that was inferred.
 #[derive(Clone, Debug)]
-pub struct Flow {
+pub struct InferredFlow {
     /// All that was inferred.
     pub document: FlowDocument,
     /// A state for each operating point.
@@ -56,9 +56,9 @@ pub fn flow_is_due(study: &Study) -> bool {
         && ["pings.csv", HeatedTube::FILE].iter().all(|file| observations.join(file).exists())
 }
 
-impl Flow {
+impl InferredFlow {
     /// Infers it from observations in `dir`, or in `dir/observations`, or from samples over time in `dir`.
-    pub fn infer(dir: &Path, options: &FlowOptions, tell: &dyn Tell) -> Result<Self, Failure> {
+    pub fn infer(dir: &Path, options: &FlowOptions, tell: &dyn Tell) -> Result<Self, Failed> {
         let below = dir.join("observations");
         let settled = if below.is_dir() { below } else { dir.to_owned() };
         let is_settled = settled.join("observations.toml").is_file();
@@ -86,9 +86,9 @@ impl Flow {
         &self,
         out: &Path,
         force: bool,
-        beside: &dyn Fn(&Path) -> Result<(), Failure>,
+        beside: &dyn Fn(&Path) -> Result<(), Failed>,
         tell: &dyn Tell,
-    ) -> Result<(), Failure> {
+    ) -> Result<(), Failed> {
         let staged = StagedFolder::new(out, "flow.json", force)?;
         tell.after_killed_run(&staged);
         let folder = staged.path();
@@ -106,7 +106,7 @@ impl Flow {
     }
 
     /// From the mean clicks of settled operating points.
-    fn of_observations(folder: &Path, options: &FlowOptions, tell: &dyn Tell) -> Result<Self, Failure> {
+    fn of_observations(folder: &Path, options: &FlowOptions, tell: &dyn Tell) -> Result<Self, Failed> {
         let observations = TubeObservations::read(folder).or_bad_input()?;
         if folder.join(PROFILES).is_file() {
             let states = read_profiles(folder, &observations).or_bad_input()?;
@@ -125,7 +125,7 @@ impl Flow {
             let message = "no heated operating point with clicks or readings, so there is no flow to infer";
             let remedy = "Process the clicks of a row with power (say, H30), write temperatures or speeds of sound into readings.csv beside \
                 the observations, or give a record over time with flow.toml.";
-            return Err(Failure::bad_input(message).at(folder).remedy(remedy));
+            return Err(Failed::bad_input(message).at(folder).remedy(remedy));
         }
         let progress = tell.progress("places of the heat source", runs.len() as u64);
         let found = settled::infer(&runs, options.separate, &*progress);
@@ -133,7 +133,7 @@ impl Flow {
         let (reports, states) = found.map_err(|error| match error {
             FlowError::FarOff { file: name, .. } => {
                 let place = if name == settled::Readings::FILE { file.clone() } else { folder.join(name) };
-                Failure::bad_input(error).at(&place).remedy(
+                Failed::bad_input(error).at(&place).remedy(
                     "Compare the readings and their units with tube.toml (gas, length, places of microphones) and with the ambient temperatures of points.csv.",
                 )
             }
@@ -144,13 +144,13 @@ impl Flow {
     }
 
     /// From samples over time.
-    fn over_time(dir: &Path, options: &FlowOptions, tell: &dyn Tell) -> Result<Self, Failure> {
+    fn over_time(dir: &Path, options: &FlowOptions, tell: &dyn Tell) -> Result<Self, Failed> {
         let records = Records::read(dir).map_err(|error| {
             let remedy = match error {
                 FlowError::InLine { .. } | FlowError::InRun { .. } => "Correct the file. Samples lie at equal intervals, so none can be left out.",
                 _ => "`rijke process` makes observations of records; `rijke flow --twin --out DIR` writes a record over time.",
             };
-            Failure::bad_input(error).remedy(remedy)
+            Failed::bad_input(error).remedy(remedy)
         })?;
         let FlowOptions { method, beside, ref closures, seed, .. } = *options;
         let samples: usize = records.runs.iter().map(|(_, run)| run.samples.len()).sum();
@@ -185,7 +185,7 @@ impl Flow {
 pub(crate) fn readings(
     folder: &Path,
     observations: &TubeObservations,
-) -> Result<(PathBuf, settled::Readings), Failure> {
+) -> Result<(PathBuf, settled::Readings), Failed> {
     let beside = folder.parent().filter(|p| p.join("study.toml").exists());
     let mut files = [Some(folder), beside].into_iter().flatten().map(|f| f.join(settled::Readings::FILE));
     let file = files.find(|f| f.exists()).unwrap_or_else(|| folder.join(settled::Readings::FILE));
@@ -198,15 +198,15 @@ pub(crate) fn readings(
 }
 
 /// Readings under which no flow exists are the user's to mend; a search that gives up on sound ones is not.
-pub(crate) fn blame(error: FlowError) -> Failure {
+pub(crate) fn blame(error: FlowError) -> Failed {
     use FlowError::{Ensemble, NoFlow, NotSteady, Power, Range};
     match error {
         NoFlow { .. } | NotSteady { .. } | Power { .. } | Range { .. } | Ensemble(_) => {
-            Failure::bad_input(error)
+            Failed::bad_input(error)
                 .remedy("Compare powers, ambient temperatures and readings of the samples with the rig; give samples at shorter intervals if \
                     theirs are longer than a few minutes.")
         }
-        _ => Failure::failed(error)
+        _ => Failed::failed(error)
             .remedy("Compare the readings with the rig; --method smoother needs no derivatives."),
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::flow::{blame, flow_is_due, readings};
 use rijke_flow::{BaseStates, Closures, POSITION, POWER, PROFILES, TubeObservations, settled};
-use rijke_numerics::{Classify, Failure, Tell};
+use rijke_numerics::{Classify, Failed, Tell};
 use rijke_rig::Observations;
 use rijke_study::{PointState, States, Study, read_states};
 
@@ -12,7 +12,7 @@ use rijke_study::{PointState, States, Study, read_states};
 ///
 /// # Errors
 /// Observations of which nothing can be foreseen, with the remedy.
-pub fn foresee(study: &mut Study, places: &[usize], tell: &dyn Tell) -> Result<(), Failure> {
+pub fn foresee(study: &mut Study, places: &[usize], tell: &dyn Tell) -> Result<(), Failed> {
     let folder = study.folder.join("observations");
     let path = study.folder.join("base").join("states.json");
     if !flow_is_due(study) || !path.is_file() || folder.join(PROFILES).is_file() {
@@ -25,7 +25,7 @@ pub fn foresee(study: &mut Study, places: &[usize], tell: &dyn Tell) -> Result<(
     }
     let mut observations = Observations::read(&folder).or_bad_input()?;
     let asked = study.campaign.unmeasured(&lacking, &observations, POSITION, POWER).map_err(|why| {
-        Failure::bad_input(why)
+        Failed::bad_input(why)
             .at(&folder)
             .remedy("Ask for points that differ from measured ones in place and power of the heat alone.")
     })?;
@@ -48,7 +48,7 @@ pub fn foresee(study: &mut Study, places: &[usize], tell: &dyn Tell) -> Result<(
     if study.foresee(&lacking, &known, all) {
         return Ok(());
     }
-    Err(Failure::bad_input("base/states.json is not what the observations say of the flow today, so that nothing can be foreseen by them")
+    Err(Failed::bad_input("base/states.json is not what the observations say of the flow today, so that nothing can be foreseen by them")
         .at(&path)
         .remedy("Run `rijke flow` without --closures and --separate, or `rijke run`, then `rijke rank`; or predict measured points."))
 }

@@ -13,10 +13,10 @@ mod switched;
 
 pub use check::check_records;
 pub use excited::Excited;
-pub use flow::{Flow, FlowOptions, flow_is_due};
+pub use flow::{FlowOptions, InferredFlow, flow_is_due};
 pub use foreseen::foresee;
 pub use observe::{Intake, ObserveOptions, Out, described};
 pub use plots::Shown;
 
 /// Opens the folder of a study: [`rijke_study::Study::open`], or a function that also checks what is asked.
-pub type OpenStudy<'a> = &'a dyn Fn(&std::path::Path) -> Result<rijke_study::Study, rijke_numerics::Failure>;
+pub type OpenStudy<'a> = &'a dyn Fn(&std::path::Path) -> Result<rijke_study::Study, rijke_numerics::Failed>;

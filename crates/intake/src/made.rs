@@ -1,6 +1,6 @@
 //! What every kind of excited record leaves behind: names and texts of files, and an answer.
 
-use rijke_numerics::Failure;
+use rijke_numerics::Failed;
 use rijke_rig::{DataKind, ExcitedRecords};
 use rijke_study::Study;
 use serde_json::{Value, json};
@@ -20,10 +20,10 @@ pub(crate) fn point_of(
     point: &str,
     key: &str,
     records: &ExcitedRecords,
-) -> Result<usize, Failure> {
+) -> Result<usize, Failed> {
     study.campaign.point(point).map(|(index, _)| index).ok_or_else(|| {
         let known: Vec<&str> = study.campaign.points.iter().map(|p| p.id.as_str()).collect();
-        Failure::bad_input(format!("there is no operating point `{point}`; known: {}", known.join(", ")))
+        Failed::bad_input(format!("there is no operating point `{point}`; known: {}", known.join(", ")))
             .at(&records.path)
             .remedy(format!("Correct the name in {key}, or add the point to the campaign."))
     })

@@ -2,7 +2,7 @@
 
 use crate::OpenStudy;
 use rijke_flow::{HeatedTube, Ramp};
-use rijke_numerics::{Classify, Failure, StagedFolder, Tell};
+use rijke_numerics::{Classify, Failed, StagedFolder, Tell};
 use rijke_rig::{Described, OperatingPoint, RecordFolder, RecordSet, RecordSource, Rejection};
 use rijke_signal::{
     ChannelPriors, Kept, ProcessError, ProcessOptions, Processed, process_again, record_count,
@@ -45,7 +45,7 @@ pub struct Out<'a> {
     /// Whether one that exists is replaced.
     pub force: bool,
     /// What else is written into it, before it appears under its name.
-    pub beside: &'a dyn Fn(&Processed, &Path) -> Result<(), Failure>,
+    pub beside: &'a dyn Fn(&Processed, &Path) -> Result<(), Failed>,
 }
 
 /// What is written; other files in its folder are kept.
@@ -68,7 +68,7 @@ static WRITTEN: [&str; 14] = [
 
 impl Intake {
     /// Opens a folder of records, or of a study whose records lie in DIR/records.
-    pub fn open(dir: &Path, open: OpenStudy<'_>) -> Result<Self, Failure> {
+    pub fn open(dir: &Path, open: OpenStudy<'_>) -> Result<Self, Failed> {
         let below = dir.join("records");
         let (folder, study) =
             if dir.join("study.toml").exists() { (below.as_path(), Some(dir)) } else { (dir, dir.parent()) };
@@ -85,7 +85,7 @@ impl Intake {
     }
 
     /// Records of a study, of which more may come.
-    pub fn of(mut records: RecordFolder, study: Option<Study>) -> Result<Self, Failure> {
+    pub fn of(mut records: RecordFolder, study: Option<Study>) -> Result<Self, Failed> {
         let points: Vec<OperatingPoint> = records.set().points.iter().map(|p| p.point.clone()).collect();
         let tube = HeatedTube::read_within(records.folder(), points.iter()).or_bad_input()?;
         if let Some(tube) = &tube {
@@ -111,7 +111,7 @@ impl Intake {
     }
 
     /// Warnings of files of the same content.
-    pub(crate) fn twins(&self) -> Result<Vec<String>, Failure> {
+    pub(crate) fn twins(&self) -> Result<Vec<String>, Failed> {
         let Records::Folder(records) = &self.records else { return Ok(Vec::new()) };
         let said = |(a, b): &(String, String)| {
             format!("{b} holds the same bytes as {a}: look whether it was copied under another name")
@@ -127,7 +127,7 @@ impl Intake {
         kept: Option<&Kept>,
         out: &Out<'_>,
         tell: &dyn Tell,
-    ) -> Result<Processed, Failure> {
+    ) -> Result<Processed, Failed> {
         let (source, study) = (self.source(), self.study.as_ref());
         let mut said = if kept.is_some() { Vec::new() } else { self.twins()? };
         // A tube and ramps that stand beside observations whose records have none were put there by hand.
@@ -152,8 +152,8 @@ impl Intake {
         let processed = process_again(source, &fits, kept, &|| progress(1));
         drop(progress);
         let mut processed = processed.map_err(|error| match error {
-            ProcessError::Record(error) => Failure::of_input(&error),
-            other => Failure::of_input(&other).at(Path::new(&self.name)),
+            ProcessError::Record(error) => Failed::of_input(&error),
+            other => Failed::of_input(&other).at(Path::new(&self.name)),
         })?;
         // Records with a campaign of their own know their days better than the plan of the study.
         let own = matches!(&self.records, Records::Folder(records) if records.has_own_campaign());
@@ -180,7 +180,7 @@ impl Intake {
 
 /// What is known of the records in `folder` where their manifest names no files: of a heated tube its
 /// `tube.toml` says what the rig is, and else the study.
-pub fn described(folder: &Path, study: Option<&Study>) -> Result<Described, Failure> {
+pub fn described(folder: &Path, study: Option<&Study>) -> Result<Described, Failed> {
     let Some(study) = study else { return Ok(Described::default()) };
     let points = study.campaign.operating_points();
     let tube = HeatedTube::read_within(folder, points.iter()).or_bad_input()?;

@@ -2,7 +2,7 @@
 //! channels.
 
 use crate::Intake;
-use rijke_numerics::{Classify, Failure};
+use rijke_numerics::{Classify, Failed};
 use rijke_rig::{Look, Plot, PlotCurve, PlotPanel, RecordSource};
 use rijke_signal::{
     ChannelDelays, ClickPicture, LiveRecord, PingFit, PingOptions, Processed, Trace, click_options,
@@ -21,8 +21,8 @@ impl Intake {
     pub fn plots(
         &self,
         processed: &Processed,
-        show: &mut dyn FnMut(Shown<'_>) -> Result<(), Failure>,
-    ) -> Result<(), Failure> {
+        show: &mut dyn FnMut(Shown<'_>) -> Result<(), Failed>,
+    ) -> Result<(), Failed> {
         let set = self.source().set();
         for (k, (records, point)) in set.points.iter().zip(&processed.observations.points).enumerate() {
             let pings: Vec<u32> = point.pings.iter().map(|p| p.0).collect();
@@ -49,7 +49,7 @@ impl Intake {
     ///
     /// # Errors
     /// The record cannot be read.
-    pub fn plot_of(&self, processed: &Processed, name: &str) -> Result<Option<Plot>, Failure> {
+    pub fn plot_of(&self, processed: &Processed, name: &str) -> Result<Option<Plot>, Failed> {
         let set = self.source().set();
         let place = |files: &[String]| files.iter().position(|file| file == name);
         let ping = set.points.iter().enumerate().find_map(|(k, p)| Some((k, place(&p.pings)?)));
@@ -71,7 +71,7 @@ impl Intake {
 }
 
 /// The panels of a record, by the numbers of its point and of its repeat.
-type OfRecord = fn(&dyn RecordSource, &Processed, usize, usize) -> Result<Vec<PlotPanel>, Failure>;
+type OfRecord = fn(&dyn RecordSource, &Processed, usize, usize) -> Result<Vec<PlotPanel>, Failed>;
 
 fn reason<'a>(processed: &'a Processed, name: &str) -> Option<&'a str> {
     processed.observations.rejections.iter().find(|r| r.record == name).map(|r| r.reason.as_str())
@@ -86,7 +86,7 @@ fn of_ping(
     processed: &Processed,
     k: usize,
     n: usize,
-) -> Result<Vec<PlotPanel>, Failure> {
+) -> Result<Vec<PlotPanel>, Failed> {
     let record = source.ping(k, n).or_bad_input()?;
     let known = LiveRecord::of(record, source.set().rig.microphones.reference);
     let trace = Trace::from(&known.record);
@@ -102,7 +102,7 @@ fn of_click(
     processed: &Processed,
     k: usize,
     n: usize,
-) -> Result<Vec<PlotPanel>, Failure> {
+) -> Result<Vec<PlotPanel>, Failed> {
     let records = &source.set().points[k];
     let known = click_options(source.set(), records.day, Some(records), &processed.click);
     let record = source.click(k, n).or_bad_input()?;

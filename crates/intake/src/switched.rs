@@ -1,11 +1,11 @@
 //! What is said of records in which channels changed places, where they contradict each other.
 
-use rijke_numerics::{Failure, Tell};
+use rijke_numerics::{Failed, Tell};
 use rijke_rig::Driven;
 use rijke_signal::{SwitchedDoubt, SwitchedFault, SwitchedGains};
 
 /// Records that contradict each other, with what brings them together.
-pub(crate) fn failure(doubt: &SwitchedDoubt, driven: &Driven, names: &[String]) -> Failure {
+pub(crate) fn failure(doubt: &SwitchedDoubt, driven: &Driven, names: &[String]) -> Failed {
     let SwitchedDoubt { fault, before, after } = doubt;
     let file = |record: usize| file(driven, record);
     let less = format!("brings the distance of the estimates of the gains from {before:.2} to {after:.4}");
@@ -32,7 +32,7 @@ pub(crate) fn failure(doubt: &SwitchedDoubt, driven: &Driven, names: &[String]) 
             "Look at its wires. Record both again, or change the sign of its column in one.",
         ),
     };
-    Failure::bad_input(what).remedy(remedy)
+    Failed::bad_input(what).remedy(remedy)
 }
 
 /// The file in which channel `record` changed places with channel 0; of 0, those in which none did.

@@ -5,9 +5,9 @@ use std::{error::Error, fmt};
 
 /// Why a step stopped: for steps that read and write whole folders, whose faults a user mends by hand.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Failure {
+pub struct Failed {
     /// Who has to act.
-    pub kind: FailureKind,
+    pub kind: Blame,
     /// What is wrong, and where.
     pub message: String,
     /// What caused it, the nearest first.
@@ -18,18 +18,18 @@ pub struct Failure {
 
 /// Who has to act.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum FailureKind {
-    /// The computation did not succeed on sound input.
-    Failed,
-    /// The user's files or options.
-    BadInput,
+pub enum Blame {
+    /// The maintainers: the computation did not succeed on sound input.
+    Work,
+    /// The user: files or options.
+    Input,
 }
 
-impl Failure {
+impl Failed {
     /// The input is wrong. The message names the file and the place in it.
     #[must_use]
     pub fn bad_input(message: impl fmt::Display) -> Self {
-        Self { kind: FailureKind::BadInput, message: message.to_string(), causes: Vec::new(), remedy: None }
+        Self { kind: Blame::Input, message: message.to_string(), causes: Vec::new(), remedy: None }
     }
 
     /// The input is wrong, as an error of a library says, with what caused it.
@@ -41,7 +41,7 @@ impl Failure {
     /// The input is sound, but the work could not be done.
     #[must_use]
     pub fn failed(message: impl fmt::Display) -> Self {
-        Self { kind: FailureKind::Failed, ..Self::bad_input(message) }
+        Self { kind: Blame::Work, ..Self::bad_input(message) }
     }
 
     /// What the user can do about it, as an imperative sentence.
@@ -76,7 +76,7 @@ impl Failure {
 }
 
 /// As a compiler prints it: `error:`, then `because:` and `remedy:`, later lines indented.
-impl fmt::Display for Failure {
+impl fmt::Display for Failed {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let indented = |text: &str| text.trim_end().replace('\n', "\n  ");
         write!(f, "error: {}", indented(&self.message))?;
@@ -90,7 +90,7 @@ impl fmt::Display for Failure {
     }
 }
 
-impl Error for Failure {}
+impl Error for Failed {}
 
 /// Turns an error of a library into a failure of a step, and says who must act, the user or the
 /// maintainers: `read(path).or_bad_input()?`.
@@ -98,22 +98,22 @@ pub trait Classify<T> {
     /// The user's files or options.
     ///
     /// # Errors
-    /// [`Failure`].
-    fn or_bad_input(self) -> Result<T, Failure>;
+    /// [`Failed`].
+    fn or_bad_input(self) -> Result<T, Failed>;
     /// The computation.
     ///
     /// # Errors
-    /// [`Failure`].
-    fn or_failed(self) -> Result<T, Failure>;
+    /// [`Failed`].
+    fn or_failed(self) -> Result<T, Failed>;
 }
 
 impl<T, E: Error + 'static> Classify<T> for Result<T, E> {
-    fn or_bad_input(self) -> Result<T, Failure> {
-        self.map_err(|error| Failure::of_input(&error))
+    fn or_bad_input(self) -> Result<T, Failed> {
+        self.map_err(|error| Failed::of_input(&error))
     }
 
-    fn or_failed(self) -> Result<T, Failure> {
-        self.map_err(|error| Failure::failed(&error).because(&error))
+    fn or_failed(self) -> Result<T, Failed> {
+        self.map_err(|error| Failed::failed(&error).because(&error))
     }
 }
 
@@ -138,8 +138,8 @@ mod tests {
 
     #[test]
     fn exact_a_path_is_named_once() {
-        let error = Failure::failed("cannot write out/a.csv").at(Path::new("out/a.csv"));
+        let error = Failed::failed("cannot write out/a.csv").at(Path::new("out/a.csv"));
         assert_eq!(error.to_string(), "error: cannot write out/a.csv");
-        assert_eq!(error.kind, FailureKind::Failed);
+        assert_eq!(error.kind, Blame::Work);
     }
 }

@@ -25,7 +25,7 @@ pub use dense::{
     DenseError, Matrix, complex_eigenvalues, complex_lu_solve, dot, interpolate, least_direction,
     least_squares_sd, lu_solve, principal_directions, symmetric_eigen,
 };
-pub use failure::{Classify, Failure, FailureKind};
+pub use failure::{Blame, Classify, Failed};
 pub use field::{GridField, Lines, Zero};
 pub use files::{LARGEST_TEXT, Unreadable, open_file, read_bytes, read_text};
 pub use howe::{howe, howe_parts};

@@ -2,8 +2,8 @@
 
 use crate::StagedFolder;
 
-/// Hears what a step says while it works. A library prints nothing: a program, a page or a notebook implements
-/// this; `()` hears nothing.
+/// Hears what a step says while it works. A library prints nothing: a program, a page or a notebook
+/// implements this; `()` hears nothing.
 pub trait Tell: Sync {
     /// A line of the result.
     fn say(&self, _line: String) {}

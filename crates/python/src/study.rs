@@ -123,18 +123,6 @@ pub(crate) fn merge_searches(parts: Vec<String>) -> Answer<String> {
 
 /// The study with the points asked for, or with those of the stage where none is, and their places.
 fn places(
-    run: &rijke_engine::run::Run,
-    id: &str,
-    asked: &[BTreeMap<String, f64>],
-) -> Answer<(rijke_study::Study, Vec<usize>)> {
-    if !asked.is_empty() {
-        return wider(&run.study, id, asked);
-    }
-    let of_stage = run.study.plan.stage(id).map(|(_, stage)| stage.points.places(&run.study.campaign));
-    Ok((run.study.clone(), of_stage.unwrap_or_default()))
-}
-
-fn wider(
     study: &rijke_study::Study,
     id: &str,
     asked: &[BTreeMap<String, f64>],
@@ -142,7 +130,10 @@ fn wider(
     let Some((_, stage)) = study.plan.stage(id) else {
         return Err(Fault::input(format!("there is no stage called `{id}`")));
     };
-    Ok(with_points(study, &stage.points, asked)?)
+    Ok(match asked {
+        [] => (study.clone(), stage.points.places(&study.campaign)),
+        _ => with_points(study, &stage.points, asked)?,
+    })
 }
 
 /// `laplace`, `checked` or `nested`.
@@ -201,7 +192,7 @@ impl Run {
     /// stage: JSON, see `rijke predict`.
     fn forecast(&self, py: Python<'_>, id: &str, asked: Vec<BTreeMap<String, f64>>) -> Answer<String> {
         self.with(py, |run| {
-            let (study, places) = places(run, id, &asked)?;
+            let (study, places) = places(&run.study, id, &asked)?;
             let (model, open) = (run.saved(id)?, run.saved_open(id)?);
             let (found, mut left_out) = forecast(&study, &study.observations()?, &model, &open, &places)?;
             if found.is_empty() && !left_out.is_empty() {
@@ -226,9 +217,9 @@ impl Run {
         pressures: bool,
     ) -> Answer<String> {
         self.with(py, |run| {
-            let (study, mut candidates) = places(run, id, &asked)?;
+            let (study, mut candidates) = places(&run.study, id, &asked)?;
             let quantity = match &about {
-                Some(about) => Some(wider(&study, id, std::slice::from_ref(about))?),
+                Some(about) => Some(places(&study, id, std::slice::from_ref(about))?),
                 None => None,
             };
             let (study, about) = match quantity {

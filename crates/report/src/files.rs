@@ -1,7 +1,7 @@
 //! Figures into files: SVG or PDF, as the name ends.
 
 use crate::pdf;
-use rijke_numerics::{Failure, write_output, write_within};
+use rijke_numerics::{Failed, write_output, write_within};
 use std::path::Path;
 
 /// The ending of the name of a file.
@@ -15,7 +15,7 @@ pub fn is_file_of_figures(path: &Path) -> bool {
 }
 
 /// Writes a figure, given as the text of its SVG file, into a file that a user named.
-pub fn write_figure_as(path: &Path, svg: &str) -> Result<(), Failure> {
+pub fn write_figure_as(path: &Path, svg: &str) -> Result<(), Failed> {
     match ending(path) {
         "pdf" => write_output(path, &pdf(svg)?),
         _ => write_output(path, svg.as_bytes()),
@@ -23,7 +23,7 @@ pub fn write_figure_as(path: &Path, svg: &str) -> Result<(), Failure> {
 }
 
 /// Writes a figure into a folder that no one else writes: `NAME.svg` and `NAME.pdf`.
-pub fn write_figure(folder: &Path, name: &str, svg: &str) -> Result<(), Failure> {
+pub fn write_figure(folder: &Path, name: &str, svg: &str) -> Result<(), Failed> {
     write_within(folder, &format!("{name}.svg"), svg)?;
     write_within(folder, &format!("{name}.pdf"), pdf(svg)?)
 }

@@ -3,12 +3,12 @@
 use crate::Gallery;
 use rijke_flow::assimilate::RunReport;
 use rijke_flow::shown::{FlowCalibration, FlowDocument, base_flow, filters};
-use rijke_numerics::Failure;
+use rijke_numerics::Failed;
 use std::path::Path;
 
 /// Writes into `folder` a page with Fig. 2 of the paper, and a figure for every run of a filter. `beside` has
 /// the batch fits of the same runs.
-pub fn flow_page(document: &FlowDocument, beside: &[RunReport], folder: &Path) -> Result<(), Failure> {
+pub fn flow_page(document: &FlowDocument, beside: &[RunReport], folder: &Path) -> Result<(), Failed> {
     let mut gallery = Gallery::new(folder, "");
     let filters = filters(&document.runs, beside, document.kind);
     for (name, plot) in base_flow(&document.runs, document.kind).iter().chain(&filters) {

@@ -5,13 +5,13 @@ use crate::{StudyHead, StudyPage};
 use rijke_engine::SavedModel;
 use rijke_engine::folder::{ResponseResults, Results, kept, observations, open_study, rival_of};
 use rijke_engine::run::{Sliders, StageRecord};
-use rijke_numerics::{Classify, Failure, Lock, write_output};
+use rijke_numerics::{Classify, Failed, Lock, write_output};
 use rijke_study::plan::Plan;
 use rijke_study::{Claims, ObservedModes, Study};
 use std::path::{Path, PathBuf};
 
 /// Writes the page of the study in `dir`, which was ranked.
-pub fn draw_study(dir: &Path) -> Result<PathBuf, Failure> {
+pub fn draw_study(dir: &Path) -> Result<PathBuf, Failed> {
     let study = open_study(dir)?;
     let results = dir.join("results");
     if !study.plan.responses.is_empty() {
@@ -32,7 +32,7 @@ pub fn draw_study(dir: &Path) -> Result<PathBuf, Failure> {
 }
 
 /// Writes the page of stages of responses with its figures.
-pub fn write_response_page(plan: &Plan, found: &ResponseResults, folder: &Path) -> Result<(), Failure> {
+pub fn write_response_page(plan: &Plan, found: &ResponseResults, folder: &Path) -> Result<(), Failed> {
     let head = StudyHead {
         name: plan.name.clone(),
         question: plan.question.clone(),

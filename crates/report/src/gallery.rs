@@ -2,7 +2,7 @@
 
 use crate::draw::escape;
 use crate::{plot_svg, write_figure};
-use rijke_numerics::{Failure, write_within};
+use rijke_numerics::{Failed, write_within};
 use rijke_rig::Plot;
 use std::path::Path;
 
@@ -20,7 +20,7 @@ impl<'a> Gallery<'a> {
     }
 
     /// Shows a picture under its title.
-    pub fn show(&mut self, name: &str, plot: &Plot) -> Result<(), Failure> {
+    pub fn show(&mut self, name: &str, plot: &Plot) -> Result<(), Failed> {
         let title = &plot.title;
         self.body += &format!("<h2>{title}</h2>\n<p><img src=\"{name}.svg\" alt=\"{title}\"></p>\n");
         write_figure(self.folder, name, &plot_svg(plot))
@@ -32,14 +32,14 @@ impl<'a> Gallery<'a> {
     }
 
     /// Lists a picture, with the reason why its record was rejected.
-    pub fn list(&mut self, name: &str, rejected: Option<&str>, plot: &Plot) -> Result<(), Failure> {
+    pub fn list(&mut self, name: &str, rejected: Option<&str>, plot: &Plot) -> Result<(), Failed> {
         let reason = rejected.map_or(String::new(), |reason| format!(": rejected, {}", escape(reason)));
         self.body += &format!("<li><a href=\"{name}.svg\">{}</a>{reason}</li>\n", escape(name));
         write_figure(self.folder, name, &plot_svg(plot))
     }
 
     /// Ends the page with a piece of HTML, and writes it.
-    pub fn write(self, title: &str, html: &str) -> Result<(), Failure> {
+    pub fn write(self, title: &str, html: &str) -> Result<(), Failed> {
         let page = format!(
             "<!DOCTYPE html>\n<html lang=\"en\">\n<meta charset=\"utf-8\">\n<title>{title}</title>\n\
              <style>body {{ font-family: sans-serif; max-width: 75em; margin: 1em auto; padding: 0 1em }} \

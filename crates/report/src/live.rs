@@ -1,10 +1,11 @@
-//! The page beside an acquisition, which shows itself again when it changed: counts, the last record with its fit, the leading models with their posteriors, what
-//! to measure next, files that do not count, and the page of the study below.
+//! The page beside an acquisition, which shows itself again when it changed: counts, the last record with its
+//! fit, the leading models with their posteriors, what to measure next, files that do not count, and the page
+//! of the study below.
 
 use crate::draw::escape;
 use rijke_engine::run::{Lead, Leads, Next};
 use rijke_numerics::words::{counted, with_sd};
-use rijke_numerics::{Failure, write_output};
+use rijke_numerics::{Failed, write_output};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -72,7 +73,7 @@ impl LivePage {
     }
 
     /// Writes a figure.
-    pub fn draw(&mut self, live: &Path, part: LivePart, svg: &str) -> Result<(), Failure> {
+    pub fn draw(&mut self, live: &Path, part: LivePart, svg: &str) -> Result<(), Failed> {
         self.renewed(part);
         write_output(&live.join(part.file()), svg.as_bytes())
     }
@@ -119,7 +120,7 @@ impl LivePage {
     }
 
     /// Writes `status.json` and the page, each whole.
-    pub fn write(&mut self, live: &Path) -> Result<(), Failure> {
+    pub fn write(&mut self, live: &Path) -> Result<(), Failed> {
         self.version += 1;
         let text = format!(
             "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width, \

@@ -5,7 +5,7 @@ use crate::draw::{Axis, COLUMN, Figure, INK, Key, Mark, Panel, Stroke, html, mod
 use crate::study::{STYLE, numbers::with_uncertainty};
 use rijke_engine::response::{ResponseModelRecord, ResponseStageRecord};
 use rijke_engine::run::TrainedParameter;
-use rijke_numerics::Failure;
+use rijke_numerics::Failed;
 use rijke_rig::DataKind;
 
 const SIZE: [f64; 2] = [COLUMN, 230.0];
@@ -21,9 +21,9 @@ pub(crate) fn response_page(
     head: &StudyHead,
     doubts: &[String],
     stages: &[ResponseStageRecord],
-) -> Result<Vec<(String, Vec<u8>)>, Failure> {
+) -> Result<Vec<(String, Vec<u8>)>, Failed> {
     if stages.is_empty() {
-        return Err(Failure::failed("no numbers of any stage"));
+        return Err(Failed::failed("no numbers of any stage"));
     }
     let (mut files, mut body) = (Vec::new(), String::new());
     for stage in stages {

@@ -2,7 +2,7 @@
 
 use crate::error::RigError;
 use crate::problem::Problem;
-use rijke_numerics::{Classify, Failure};
+use rijke_numerics::{Classify, Failed};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::fs::File;
@@ -86,7 +86,7 @@ pub fn in_range(
 ///
 /// # Errors
 /// Rows of different lengths.
-pub fn csv_table(rows: impl IntoIterator<Item = Vec<String>>) -> Result<String, Failure> {
+pub fn csv_table(rows: impl IntoIterator<Item = Vec<String>>) -> Result<String, Failed> {
     let mut writer = csv::Writer::from_writer(Vec::new());
     rows.into_iter().try_for_each(|row| writer.write_record(row)).or_failed()?;
     String::from_utf8(writer.into_inner().or_failed()?).or_failed()

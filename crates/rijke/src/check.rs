@@ -9,7 +9,7 @@ use rijke_engine::folder::{
 use rijke_engine::run::{answerable, foresight, recognised};
 use rijke_engine::told::tell_foresight;
 use rijke_intake::check_records;
-use rijke_numerics::{Failure, Tell, words::counted};
+use rijke_numerics::{Failed, Tell, words::counted};
 use rijke_study::Study;
 use rijke_study::plan::Base;
 use serde_json::json;
@@ -42,7 +42,7 @@ const NOISE_SD: [f64; 3] = [0.1, 1.0, 1e-3];
 /// Ambient temperature of a campaign that states none, K.
 const PLANNED_AMBIENT: f64 = 293.15;
 
-pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
+pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failed> {
     let dir = &args.dir;
     if dir.join("manifest.toml").exists() && !dir.join("study.toml").exists() {
         return ui.result(&check_records(dir, &open_study, ui)?);
@@ -53,9 +53,9 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     }
     study
         .possible(PLANNED_AMBIENT)
-        .map_err(|problem| Failure::bad_input(problem).at(&dir.join("rig.toml")))?;
+        .map_err(|problem| Failed::bad_input(problem).at(&dir.join("rig.toml")))?;
     let [growth, frequency, pressure] = args.sd[..] else {
-        return Err(Failure::bad_input("--sd takes three numbers"));
+        return Err(Failed::bad_input("--sd takes three numbers"));
     };
     let recorded = dir.join("records");
     let there = is_measured(&dir.join("observations"));
@@ -73,7 +73,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
         of_responses = Some(found);
     }
     if matches!(study.plan.base, Base::HeatedFlow(_)) {
-        study.readings(there || recorded.is_some()).map_err(Failure::bad_input)?;
+        study.readings(there || recorded.is_some()).map_err(Failed::bad_input)?;
     }
     let observed = there.then(|| observations(&study)).transpose()?;
     let plan = &study.plan;
@@ -93,7 +93,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
             ui.say(format!("observations: {}", counted(o.modes.len(), "mode")));
             warn_of_copies(&study, o, ui);
             warn_of_records(dir, ui);
-            ui.warn(&study.idle_channels().map_err(Failure::bad_input)?);
+            ui.warn(&study.idle_channels().map_err(Failed::bad_input)?);
         }
         (None, Some(_)) => ui.say("no record is processed yet"),
         (None, None) => ui.say("nothing is measured yet"),
@@ -113,7 +113,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
 }
 
 /// What formulas may name.
-fn names(study: &Study, ui: &Ui) -> Result<(), Failure> {
+fn names(study: &Study, ui: &Ui) -> Result<(), Failed> {
     let all = study.rig.scope.names();
     let row = |n: &rijke_formula::Name| [&n.name, &n.unit, &n.meaning].map(|text| text.to_string());
     ui.table(["name", "unit", "meaning"], all.iter().map(row));

@@ -1,7 +1,7 @@
 //! Conditions and grids as options name them.
 
 use rijke_engine::run::AskedPoint;
-use rijke_numerics::Failure;
+use rijke_numerics::Failed;
 use rijke_study::Study;
 use rijke_study::plan::{MapGrid, Selection};
 use std::collections::BTreeMap;
@@ -10,9 +10,9 @@ use std::collections::BTreeMap;
 const DAY: &str = "day";
 
 /// `x=0.3,Q=50`, also with `T_amb`, `T_amb_sd` and `day`.
-pub(crate) fn condition(flag: &str, text: &str) -> Result<AskedPoint, Failure> {
+pub(crate) fn condition(flag: &str, text: &str) -> Result<AskedPoint, Failed> {
     let remedy = format!("Write it as {flag} x_g=0.15,Q=12, numbers in SI units.");
-    let wrong = |what: String| Failure::bad_input(format!("{flag} {text}: {what}")).remedy(&remedy);
+    let wrong = |what: String| Failed::bad_input(format!("{flag} {text}: {what}")).remedy(&remedy);
     let mut values = BTreeMap::new();
     let mut day = None;
     for part in text.split(',') {
@@ -34,10 +34,10 @@ pub(crate) fn condition(flag: &str, text: &str) -> Result<AskedPoint, Failure> {
 
 /// `x_g,Q`, or `x_g=0.1:0.6,Q=0:80` with the ends of ranges; those of the points that `among` means, where
 /// they are left out.
-pub(crate) fn grid(text: &str, study: &Study, among: &Selection) -> Result<MapGrid, Failure> {
+pub(crate) fn grid(text: &str, study: &Study, among: &Selection) -> Result<MapGrid, Failed> {
     let known = study.campaign.factors.iter().map(|f| f.name.as_str()).collect::<Vec<_>>().join(", ");
     let bad = |what: String| {
-        Failure::bad_input(format!("--map {text}: {what}"))
+        Failed::bad_input(format!("--map {text}: {what}"))
             .remedy(format!("Give two of: {known}; with a range as --map x=0.1:0.6,y=0:80, in SI units."))
     };
     let both: Vec<&str> = text.split(',').collect();
@@ -57,7 +57,7 @@ pub(crate) fn grid(text: &str, study: &Study, among: &Selection) -> Result<MapGr
             let ends = range.split_once(':').and_then(|(low, high)| Some([number(low)?, number(high)?]));
             ends.ok_or_else(|| bad(format!("`{range}` is no range, two numbers with a colon between")))
         });
-        Ok::<_, Failure>((k, ends.transpose()?.or_else(|| over(k))))
+        Ok::<_, Failed>((k, ends.transpose()?.or_else(|| over(k))))
     };
     let (x, y) = (axis(x)?, axis(y)?);
     MapGrid::new(&study.campaign, [x.0, y.0], [x.1, y.1]).map_err(|problem| bad(problem.to_string()))

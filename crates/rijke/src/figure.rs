@@ -1,7 +1,7 @@
 //! Figures into files that an option names.
 
 use crate::ui::Ui;
-use rijke_numerics::Failure;
+use rijke_numerics::Failed;
 use rijke_report::{is_file_of_figures, write_figure_as};
 use std::path::{Path, PathBuf};
 
@@ -15,7 +15,7 @@ pub(crate) fn file(name: &str) -> Result<PathBuf, String> {
 }
 
 /// Writes a figure into such a file, and says so.
-pub(crate) fn write(path: &Path, svg: &str, ui: &Ui) -> Result<(), Failure> {
+pub(crate) fn write(path: &Path, svg: &str, ui: &Ui) -> Result<(), Failed> {
     write_figure_as(path, svg)?;
     ui.note(format!("wrote {}", path.display()));
     Ok(())

@@ -4,8 +4,8 @@ use crate::{number, ui::Ui};
 use rijke_flow::Closures;
 use rijke_flow::assimilate::{self, AssimilationMethod};
 use rijke_flow::shown::{together, words};
-use rijke_intake::{Flow, FlowOptions};
-use rijke_numerics::{Classify, Failure, StagedFolder, Tell};
+use rijke_intake::{FlowOptions, InferredFlow};
+use rijke_numerics::{Classify, Failed, StagedFolder, Tell};
 use rijke_report::flow_page;
 use std::path::{Path, PathBuf};
 
@@ -65,7 +65,7 @@ enum Choice {
     SquareRoot,
 }
 
-pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
+pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failed> {
     let closures = args.closures.as_deref().map_or(Ok(Closures::default()), read_closures)?;
     let Some(dir) = args.dir.as_deref().filter(|_| !args.twin) else { return twin(args, &closures, ui) };
     let (method, filters) = match args.method {
@@ -76,7 +76,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     };
     let beside = args.plot && filters;
     let options = FlowOptions { method, separate: args.separate, beside, closures, seed: args.seed };
-    let plots = |flow: &Flow, folder: &Path| match args.plot {
+    let plots = |flow: &InferredFlow, folder: &Path| match args.plot {
         true => flow_page(&flow.document, &flow.beside, &folder.join("plots")),
         false => Ok(()),
     };
@@ -85,7 +85,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
 }
 
 /// Infers the base flow of a study with the usual options; when its ramps are settled, in words.
-pub(crate) fn of_study(dir: &Path, out: &Path, force: bool, tell: &dyn Tell) -> Result<Vec<String>, Failure> {
+pub(crate) fn of_study(dir: &Path, out: &Path, force: bool, tell: &dyn Tell) -> Result<Vec<String>, Failed> {
     Ok(infer(dir, out, force, &FlowOptions::default(), &|_, _| Ok(()), tell)?.settling())
 }
 
@@ -95,23 +95,23 @@ fn infer(
     out: &Path,
     force: bool,
     options: &FlowOptions,
-    plots: &dyn Fn(&Flow, &Path) -> Result<(), Failure>,
+    plots: &dyn Fn(&InferredFlow, &Path) -> Result<(), Failed>,
     tell: &dyn Tell,
-) -> Result<Flow, Failure> {
-    let flow = Flow::infer(dir, options, tell)?;
+) -> Result<InferredFlow, Failed> {
+    let flow = InferredFlow::infer(dir, options, tell)?;
     flow.write(out, force, &|folder| plots(&flow, folder), tell)?;
     let runs = &flow.document.runs;
     runs.iter().flat_map(words).chain(together(runs)).chain(flow.settling()).for_each(|said| tell.say(said));
     Ok(flow)
 }
 
-fn read_closures(path: &Path) -> Result<Closures, Failure> {
+fn read_closures(path: &Path) -> Result<Closures, Failed> {
     let text = rijke_numerics::read_text(path).or_bad_input().map_err(|f| f.at(path))?;
     toml::from_str(&text).or_bad_input().map_err(|f| f.at(path))
 }
 
 /// Writes a virtual record.
-fn twin(args: &Args, closures: &Closures, ui: &Ui) -> Result<(), Failure> {
+fn twin(args: &Args, closures: &Closures, ui: &Ui) -> Result<(), Failed> {
     let records = assimilate::twins(closures, &args.places, args.seed).or_bad_input()?;
     let staged = StagedFolder::new(&args.out, "flow.toml", args.force)?;
     records.write(staged.path()).or_failed()?;

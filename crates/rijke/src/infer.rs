@@ -6,7 +6,7 @@ use rijke_engine::folder::{InferredNetwork, infer_networks};
 use rijke_engine::run::{FarOff, Trusted};
 use rijke_engine::told::reasons;
 use rijke_numerics::words::quantity;
-use rijke_numerics::{Failure, StagedFolder, write_output};
+use rijke_numerics::{Failed, StagedFolder, write_output};
 use serde_json::json;
 use std::{f64::consts::TAU, path::PathBuf};
 
@@ -44,7 +44,7 @@ pub(crate) struct Args {
     force: bool,
 }
 
-pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
+pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failed> {
     let staged =
         args.study.as_ref().map(|dir| StagedFolder::new(dir, "study.toml", args.force)).transpose()?;
     let trusted = if args.one_start { Trusted::Laplace } else { Trusted::Checked };

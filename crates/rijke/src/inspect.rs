@@ -1,7 +1,7 @@
 //! `rijke inspect`: what is in a file of records.
 
 use crate::ui::Ui;
-use rijke_numerics::{Classify, Failure};
+use rijke_numerics::{Classify, Failed};
 use rijke_rig::{FileContents, inspect};
 use serde_json::json;
 use std::path::PathBuf;
@@ -15,7 +15,7 @@ pub(crate) struct Args {
     file: PathBuf,
 }
 
-pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
+pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failed> {
     let FileContents { format, rate_hz, channels, others } = inspect(&args.file).or_bad_input()?;
     // The list `channels` of a manifest counts without the column of time.
     let mut numbers = 0..;

@@ -72,7 +72,7 @@ enum Command {
 }
 
 impl Command {
-    fn run(&self, ui: &ui::Ui) -> Result<(), rijke_numerics::Failure> {
+    fn run(&self, ui: &ui::Ui) -> Result<(), rijke_numerics::Failed> {
         match self {
             Self::New(args) => new::run(args, ui),
             Self::Lab(args) => lab::run(args, ui),

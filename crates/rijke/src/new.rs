@@ -3,7 +3,7 @@
 mod templates;
 
 use crate::ui::Ui;
-use rijke_numerics::{Classify, Failure, StagedFolder, write_within};
+use rijke_numerics::{Classify, Failed, StagedFolder, write_within};
 use rijke_rig::OperatingPoint;
 use rijke_study::Campaign;
 use serde_json::json;
@@ -24,7 +24,7 @@ pub(crate) struct Args {
     template: Template,
 }
 
-pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
+pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failed> {
     // Never replaces anything: these files are written by hand.
     let folder = StagedFolder::new(&args.dir, "study.toml", false)?;
     let mut names: Vec<&str> = Vec::new();
@@ -47,7 +47,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
 }
 
 /// The manifest of the heated tube, with the names that the records of its campaign may have.
-fn manifest(campaign: &Path) -> Result<String, Failure> {
+fn manifest(campaign: &Path) -> Result<String, Failed> {
     let campaign = Campaign::read(campaign).or_failed()?;
     let points: String = campaign.operating_points().iter().map(point).collect();
     Ok(format!("{HEATED_TUBE_MANIFEST}{points}"))

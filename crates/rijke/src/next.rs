@@ -8,7 +8,7 @@ use rijke_engine::run::{
     over_map, with_points,
 };
 use rijke_intake::foresee;
-use rijke_numerics::{Failure, words::fixed};
+use rijke_numerics::{Failed, words::fixed};
 use rijke_report::plot_svg;
 use std::path::PathBuf;
 
@@ -68,7 +68,7 @@ const SHOWN: usize = 12;
 /// Information on the choice of models below which a plan tells nothing of it, nats.
 const NO_DIFFERENCE: f64 = 1e-3;
 
-pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
+pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failed> {
     let dir = &args.dir;
     let ranked = Ranked::open(dir, args.stage.as_deref(), ui)?;
     let rivals = ranked.rivals()?;

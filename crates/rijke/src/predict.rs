@@ -2,10 +2,10 @@
 
 use crate::condition::{condition, grid};
 use crate::{figure, ui::Ui};
-use rijke_engine::folder::{Predicted, Ranked, forecast_csv, how_many, of_the_engine, surroundings};
+use rijke_engine::folder::{Forecasts, Ranked, forecast_csv, how_many, of_the_engine, surroundings};
 use rijke_engine::run::{AskedPoint, forecast, nearest, over_map, stability, with_points};
 use rijke_intake::foresee;
-use rijke_numerics::{Failure, write_output};
+use rijke_numerics::{Failed, write_output};
 use rijke_report::answer_svg;
 use rijke_study::plan::MapQuestion;
 use serde_json::json;
@@ -48,7 +48,7 @@ pub(crate) struct Args {
     out: Option<PathBuf>,
 }
 
-pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
+pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failed> {
     let dir = &args.dir;
     let ranked = Ranked::open(dir, args.stage.as_deref(), ui)?;
     let open = ranked.open_models();
@@ -61,7 +61,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
         Some(grid) => {
             if given.len() > 1 {
                 let remedy = "Name what is the same at all nodes of the map in one --at.";
-                return Err(Failure::bad_input("--map takes one --at").remedy(remedy));
+                return Err(Failed::bad_input("--map takes one --at").remedy(remedy));
             }
             over_map(&study, &among, grid, &given.into_iter().next().unwrap_or_default()).map_err(wrong)?
         }
@@ -69,7 +69,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     };
     let measured = study.campaign.points.len();
     let like = |asked: &AskedPoint| Ok(nearest(&study, &among, asked).map_err(wrong)?.id.clone());
-    let likes = asked.iter().map(like).collect::<Result<Vec<String>, Failure>>()?;
+    let likes = asked.iter().map(like).collect::<Result<Vec<String>, Failed>>()?;
     let (mut study, places) =
         if asked.is_empty() { (study, every) } else { with_points(&study, &among, &asked).map_err(wrong)? };
     foresee(&mut study, &places, ui)?;
@@ -92,7 +92,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
         Some(grid) => (&places[..1], &grid.factors[..]),
         None => (&places[..], &[][..]),
     };
-    let predicted = Predicted { study: &study, model: &model, open: &open, found: &found };
+    let predicted = Forecasts { study: &study, model: &model, open: &open, found: &found };
     predicted.tell_doubts(held, axes, ui);
     if let Some(first) = left_out.first() {
         let (n, why) = (how_many(left_out.iter().map(|u| &u.point)), &first.why);

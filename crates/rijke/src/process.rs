@@ -4,7 +4,7 @@ use crate::{lab::Laboratory, number, ui::Ui};
 use rijke_engine::folder::open_study;
 use rijke_intake::{Excited, Intake, ObserveOptions, Out};
 use rijke_numerics::words::counted;
-use rijke_numerics::{C64, Failure};
+use rijke_numerics::{C64, Failed};
 use rijke_report::Gallery;
 use rijke_rig::PointObservations;
 use rijke_signal::{ChannelDelays, ChannelPriors, PointScatter, Processed};
@@ -55,12 +55,12 @@ pub(crate) struct Args {
     laboratory: Laboratory,
 }
 
-pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
+pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failed> {
     let band_hz = args.band.as_deref().map(|band| [band[0], band[1]]);
     if let Some([low, high]) = band_hz
         && low >= high
     {
-        return Err(Failure::bad_input(format!(
+        return Err(Failed::bad_input(format!(
             "--band {low} {high}: the first frequency must be the lower one"
         ))
         .remedy("Give the lower frequency first, such as --band 80 300."));
@@ -76,7 +76,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
         let tube = laboratory.tube().clone();
         Intake::of_laboratory(Box::new(laboratory), tube)
     } else if args.laboratory.is_described() {
-        return Err(Failure::bad_input(format!(
+        return Err(Failed::bad_input(format!(
             "{}: rows, repeats, seed, rig, campaign and truth describe a virtual rig, not a folder of records",
             name.display()
         ))
@@ -96,7 +96,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
 }
 
 /// Processes the records of a folder with the usual options.
-pub(crate) fn records(records: &Path, out: &Path, force: bool, ui: &Ui) -> Result<(), Failure> {
+pub(crate) fn records(records: &Path, out: &Path, force: bool, ui: &Ui) -> Result<(), Failed> {
     if let Some(excited) = Excited::open(records, &open_study)? {
         return ui.result(&excited.observe(Some(out), force, ui)?);
     }
@@ -111,7 +111,7 @@ fn observe(
     force: bool,
     plot: bool,
     ui: &Ui,
-) -> Result<(), Failure> {
+) -> Result<(), Failed> {
     let plots = |processed: &Processed, folder: &Path| match plot {
         true => plots(intake, processed, &folder.join("plots")),
         false => Ok(()),
@@ -121,7 +121,7 @@ fn observe(
 }
 
 /// A page with the first accepted ping and click of every operating point, and every rejected record.
-fn plots(intake: &Intake, processed: &Processed, folder: &Path) -> Result<(), Failure> {
+fn plots(intake: &Intake, processed: &Processed, folder: &Path) -> Result<(), Failed> {
     let first =
         "<p>The first accepted ping and click of every operating point, and every rejected record.</p>\n";
     let mut gallery = Gallery::new(folder, first);
@@ -132,7 +132,7 @@ fn plots(intake: &Intake, processed: &Processed, folder: &Path) -> Result<(), Fa
 }
 
 /// Says what was measured.
-fn tell(processed: &Processed, out: &Path, ui: &Ui) -> Result<(), Failure> {
+fn tell(processed: &Processed, out: &Path, ui: &Ui) -> Result<(), Failed> {
     let records = processed.records;
     table(processed, ui);
     for (what, delays) in [("pings", &processed.ping_delays), ("clicks", &processed.click_delays)] {

@@ -6,7 +6,7 @@ use rijke_engine::folder::{
 };
 use rijke_engine::told::tell_stage;
 use rijke_intake::foresee;
-use rijke_numerics::{Failure, StagedFolder, Tell};
+use rijke_numerics::{Failed, StagedFolder, Tell};
 use rijke_report::write_response_page;
 use rijke_study::Study;
 use serde_json::json;
@@ -42,7 +42,7 @@ impl Args {
     }
 }
 
-pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
+pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failed> {
     let dir = &args.dir;
     let study = open_study(dir)?;
     if study.plan.stages.is_empty() {
@@ -71,9 +71,9 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
 }
 
 /// Of a study all of whose stages train on responses.
-fn of_responses(mut study: Study, args: &Args, ui: &Ui) -> Result<(), Failure> {
+fn of_responses(mut study: Study, args: &Args, ui: &Ui) -> Result<(), Failed> {
     if args.trust.has_sampler() {
-        return Err(Failure::bad_input("--sampler: the stages of this study train on responses, whose evidence has no sampler")
+        return Err(Failed::bad_input("--sampler: the stages of this study train on responses, whose evidence has no sampler")
             .at(&study.folder)
             .remedy("Leave it out; `checked = true` in a stage of study.toml looks for further maxima and checks the evidence."));
     }

@@ -2,7 +2,7 @@
 
 use crate::ui::Ui;
 use rijke_engine::folder::warn_of_study;
-use rijke_numerics::Failure;
+use rijke_numerics::Failed;
 use rijke_report::draw_study;
 use std::path::PathBuf;
 
@@ -18,7 +18,7 @@ pub(crate) struct Args {
     dir: PathBuf,
 }
 
-pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
+pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failed> {
     warn_of_study(&args.dir, ui);
     let page = draw_study(&args.dir)?;
     ui.say(page.display().to_string());

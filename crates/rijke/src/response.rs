@@ -2,7 +2,7 @@
 
 use crate::{figure, number, ui::Ui};
 use rijke_network::file::{Built, DrivenQuantity as Quantity, read};
-use rijke_numerics::{C64, Classify, Failure};
+use rijke_numerics::{C64, Classify, Failed};
 use rijke_report::{ResponseCurve, ResponseFigure};
 use rijke_rig::files::csv_table;
 use std::f64::consts::PI;
@@ -57,7 +57,7 @@ pub(crate) struct Args {
 /// More frequencies than this are a slip of the step.
 const MOST: f64 = 1e6;
 
-pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
+pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failed> {
     let path = &args.file;
     let text = rijke_numerics::read_text(path).or_bad_input().map_err(|failure| {
         failure.at(path).remedy("Name a network file; fixtures/networks holds examples.")
@@ -71,7 +71,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     for quantity in wanted(args) {
         columns.extend(driven.driven(&quantity, &frequencies).map_err(|error| {
             let remedy = error.remedy();
-            Failure::bad_input(error).at(path).remedy(remedy)
+            Failed::bad_input(error).at(path).remedy(remedy)
         })?);
     }
     if ui.is_json() {
@@ -122,20 +122,21 @@ fn wanted(args: &Args) -> Vec<Quantity> {
     port.map(Quantity::Port).into_iter().chain(transfer).chain(scattering).collect()
 }
 
-fn frequencies(args: &Args, highest: f64) -> Result<Vec<f64>, Failure> {
+fn frequencies(args: &Args, highest: f64) -> Result<Vec<f64>, Failed> {
     if !args.at_hz.is_empty() {
         return Ok(args.at_hz.clone());
     }
     let (low, high) = (args.min_hz, args.max_hz.unwrap_or(highest));
     let step = args.step_hz.unwrap_or((high - low) / 100.0);
     if high <= low {
-        return Err(Failure::bad_input(format!("no frequency lies from {low} to {high} Hz"))
+        return Err(Failed::bad_input(format!("no frequency lies from {low} to {high} Hz"))
             .remedy("Give --max-hz above --min-hz."));
     }
     let count = ((high - low) / step * (1.0 + 1e-12)).floor();
     if count > MOST {
-        return Err(Failure::bad_input(format!("{count} frequencies are too many"))
-            .remedy("Give a larger --step-hz."));
+        return Err(
+            Failed::bad_input(format!("{count} frequencies are too many")).remedy("Give a larger --step-hz.")
+        );
     }
     Ok((0..=count as usize).map(|k| low + step * k as f64).collect())
 }

@@ -3,7 +3,7 @@
 use crate::{flow, process, rank, trust::Trust, ui::Ui};
 use rijke_engine::folder::{few, is_measured, open_study};
 use rijke_intake::flow_is_due;
-use rijke_numerics::{Failure, Lock};
+use rijke_numerics::{Failed, Lock};
 use rijke_report::draw_study;
 use rijke_study::{Study, changed_records, changed_study};
 use std::path::{Path, PathBuf};
@@ -25,7 +25,7 @@ pub(crate) struct Args {
     force: bool,
 }
 
-pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
+pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failed> {
     let dir = &args.dir;
     let study = open_study(dir)?;
     if study.plan.stages.is_empty() {
@@ -42,20 +42,20 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
             true => String::new(),
             false => format!(", and {} changed since", few(&changed)),
         };
-        return Err(Failure::bad_input(format!("{}: exists already{of}", results.display()))
+        return Err(Failed::bad_input(format!("{}: exists already{of}", results.display()))
             .remedy("Move it away, or take every step again with --force."));
     }
     steps(&study, args.trust, args.force, ui).map(|_| ())
 }
 
 /// All steps again, whatever was finished before.
-pub(crate) fn from_the_start(dir: &Path, trust: Trust, ui: &Ui) -> Result<PathBuf, Failure> {
+pub(crate) fn from_the_start(dir: &Path, trust: Trust, ui: &Ui) -> Result<PathBuf, Failed> {
     let study = open_study(dir)?;
     let _lock = Lock::within(dir)?;
     steps(&study, trust, true, ui)
 }
 
-fn steps(study: &Study, trust: Trust, force: bool, ui: &Ui) -> Result<PathBuf, Failure> {
+fn steps(study: &Study, trust: Trust, force: bool, ui: &Ui) -> Result<PathBuf, Failed> {
     let dir = &study.folder;
     processed(dir, force, ui)?;
     let base = dir.join("base");
@@ -75,12 +75,12 @@ fn steps(study: &Study, trust: Trust, force: bool, ui: &Ui) -> Result<PathBuf, F
 }
 
 /// Processes the records of a study, if there are any; what was processed before is kept without `force`.
-fn processed(dir: &Path, force: bool, ui: &Ui) -> Result<(), Failure> {
+fn processed(dir: &Path, force: bool, ui: &Ui) -> Result<(), Failed> {
     let (records, observations) = (dir.join("records"), dir.join("observations"));
     let changed = changed_records(dir);
     if !force && !changed.is_empty() {
         let (shown, changed) = (observations.display(), few(&changed));
-        return Err(Failure::bad_input(format!("{shown}: of other records: {changed} changed since"))
+        return Err(Failed::bad_input(format!("{shown}: of other records: {changed} changed since"))
             .remedy("Move it away, or take every step again with --force."));
     }
     if !records.is_dir() || (!force && is_measured(&observations)) {

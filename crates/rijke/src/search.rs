@@ -3,7 +3,7 @@
 use crate::{number, trust::Trust, ui::Ui};
 use rijke_engine::folder::{observations, of_the_engine, open_study, warn_of_left_out, without_responses};
 use rijke_engine::run::{Search, SearchOptions, SearchPart, SearchRecord, merge_searches};
-use rijke_numerics::{Classify, Failure, Tell, write_output};
+use rijke_numerics::{Classify, Failed, Tell, write_output};
 use rijke_rig::files::csv_table;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -64,7 +64,7 @@ fn shard(text: &str) -> Result<Shard, String> {
 /// Rows that are printed; the tables have all.
 const SHOWN: usize = 12;
 
-pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
+pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failed> {
     let dir = &args.dir;
     let study = open_study(dir)?;
     without_responses(&study, "a search")?;
@@ -104,8 +104,8 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     write(&found, &out, ui)
 }
 
-pub(crate) fn merge(args: &MergeArgs, ui: &Ui) -> Result<(), Failure> {
-    let read = |path: &PathBuf| -> Result<SearchPart, Failure> {
+pub(crate) fn merge(args: &MergeArgs, ui: &Ui) -> Result<(), Failed> {
+    let read = |path: &PathBuf| -> Result<SearchPart, Failed> {
         let remedy = "Give files that `rijke search --shard` wrote.";
         let text = rijke_numerics::read_text(path).or_bad_input().map_err(|f| f.at(path).remedy(remedy))?;
         serde_json::from_str(&text).or_bad_input().map_err(|f| f.at(path).remedy(remedy))
@@ -117,7 +117,7 @@ pub(crate) fn merge(args: &MergeArgs, ui: &Ui) -> Result<(), Failure> {
 }
 
 /// Writes and prints the result.
-fn write(found: &SearchRecord, out: &Path, ui: &Ui) -> Result<(), Failure> {
+fn write(found: &SearchRecord, out: &Path, ui: &Ui) -> Result<(), Failed> {
     let tables = out.join("tables");
     put(&tables.join("combinations.csv"), csv_table(found.combinations_table())?.as_bytes())?;
     put(&tables.join("choices.csv"), csv_table(found.choices_table())?.as_bytes())?;
@@ -144,11 +144,11 @@ fn print(found: &SearchRecord, ui: &Ui) {
     found.tell_rest(ui);
 }
 
-fn keep(path: &Path, what: &impl Serialize) -> Result<(), Failure> {
+fn keep(path: &Path, what: &impl Serialize) -> Result<(), Failed> {
     put(path, (serde_json::to_string_pretty(what).or_failed()? + "\n").as_bytes())
 }
 
-fn put(path: &Path, content: &[u8]) -> Result<(), Failure> {
+fn put(path: &Path, content: &[u8]) -> Result<(), Failed> {
     let folder = path.parent().unwrap_or(Path::new(""));
     std::fs::create_dir_all(folder).or_bad_input().map_err(|f| f.at(folder))?;
     write_output(path, content)

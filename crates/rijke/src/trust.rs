@@ -3,7 +3,7 @@
 use crate::number;
 use rijke_engine::run::Trusted;
 use rijke_inference::SamplerKind;
-use rijke_numerics::Failure;
+use rijke_numerics::Failed;
 
 /// How far evidences are checked.
 #[derive(Clone, Copy, clap::Args)]
@@ -34,12 +34,12 @@ impl Trust {
         self.sampler.is_some()
     }
 
-    pub(crate) fn trusted(self) -> Result<Trusted, Failure> {
+    pub(crate) fn trusted(self) -> Result<Trusted, Failed> {
         let kind = match self.sampler {
             Some(Sampler::Nested) => SamplerKind::Nested,
             Some(Sampler::Nuts) if cfg!(feature = "nuts") => SamplerKind::Nuts,
             Some(Sampler::Nuts) => {
-                return Err(Failure::bad_input("--sampler nuts: this program was built without NUTS")
+                return Err(Failed::bad_input("--sampler nuts: this program was built without NUTS")
                     .remedy("Build it with `cargo install --path crates/rijke --features nuts`, or use --sampler nested."));
             }
             None if self.one_start => return Ok(Trusted::Laplace),

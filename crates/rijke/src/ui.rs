@@ -3,7 +3,7 @@
 
 use comfy_table::{CellAlignment, LineStyle, Table, TableStyle};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use rijke_numerics::{Classify, Failure, FailureKind, Tell};
+use rijke_numerics::{Blame, Classify, Failed, Tell};
 use serde::Serialize;
 use serde_json::json;
 use std::{
@@ -58,7 +58,7 @@ impl Ui {
 
     /// The result of a command, which is printed with `--json` only; without it the command says the same in
     /// words. Its `notes` are what the command said on standard error until now, if it said anything.
-    pub(crate) fn result(&self, result: &impl Serialize) -> Result<(), Failure> {
+    pub(crate) fn result(&self, result: &impl Serialize) -> Result<(), Failed> {
         if !self.json {
             return Ok(());
         }
@@ -71,7 +71,7 @@ impl Ui {
     }
 
     /// A result as JSON on standard output, as it is.
-    pub(crate) fn json(&self, result: &impl Serialize) -> Result<(), Failure> {
+    pub(crate) fn json(&self, result: &impl Serialize) -> Result<(), Failed> {
         self.document(serde_json::to_string_pretty(result).or_failed()?);
         Ok(())
     }
@@ -122,10 +122,10 @@ impl Ui {
     }
 
     /// Prints a failure and gives its exit status.
-    pub(crate) fn fail(&self, failure: &Failure) -> ExitCode {
-        let status: u8 = if failure.kind == FailureKind::BadInput { 2 } else { 1 };
+    pub(crate) fn fail(&self, failure: &Failed) -> ExitCode {
+        let status: u8 = if failure.kind == Blame::Input { 2 } else { 1 };
         let text = if self.json {
-            let Failure { message, causes, remedy, .. } = failure;
+            let Failed { message, causes, remedy, .. } = failure;
             json!({ "error": message, "because": causes, "remedy": remedy, "exit_status": status })
                 .to_string()
         } else {

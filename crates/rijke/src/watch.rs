@@ -8,7 +8,7 @@ use rijke_engine::folder::{observations, open_study, without_responses};
 use rijke_engine::run::{Leading, Sequence, Trusted};
 use rijke_intake::{Intake, ObserveOptions, Out, described};
 use rijke_numerics::words::{counted, with_sd};
-use rijke_numerics::{Classify, Failure, Lock, keep_others};
+use rijke_numerics::{Classify, Failed, Lock, keep_others};
 use rijke_report::{LivePage, LivePart, plot_svg};
 use rijke_rig::{Arrivals, Arrived, Observations, RecordFolder, RecordSource};
 use rijke_signal::{Kept, Processed};
@@ -66,7 +66,7 @@ struct Watch<'a> {
     status: LivePage,
 }
 
-pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
+pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failed> {
     let dir = &args.dir;
     let study = open_study(dir)?;
     without_responses(&study, "a watch")?;
@@ -161,7 +161,7 @@ impl Watch<'_> {
     }
 
     /// Processes what is there, and moves the leading models by it.
-    fn update(&mut self, look: &Arrived) -> Result<(), Failure> {
+    fn update(&mut self, look: &Arrived) -> Result<(), Failed> {
         look.changed.iter().for_each(|file| self.kept.forget(file));
         (self.status.whole, self.status.awaited) = (look.whole, look.awaited);
         let Some(records) = look.records.clone() else { return self.status.write(&self.live) };
@@ -193,7 +193,7 @@ impl Watch<'_> {
         records: RecordFolder,
         study: Study,
         shown: Option<&str>,
-    ) -> Result<(Processed, Option<String>), Failure> {
+    ) -> Result<(Processed, Option<String>), Failed> {
         let intake = Intake::of(records, Some(study))?;
         let folder = &self.args.dir.join("observations");
         let out = Out { folder, force: true, beside: &|_, _| Ok(()) };
@@ -221,7 +221,7 @@ impl Watch<'_> {
             let study = open_study(&self.args.dir)?;
             let observations = observations(&study)?;
             let with = |s: &Sequence| s.with(&study, &observations).or_failed();
-            self.sequences.iter().map(with).collect::<Result<Vec<_>, Failure>>()
+            self.sequences.iter().map(with).collect::<Result<Vec<_>, Failed>>()
         };
         match read() {
             Ok(stages) => self.status.stages = stages,
@@ -231,13 +231,13 @@ impl Watch<'_> {
     }
 
     /// Begins a training of what is there.
-    fn train(&mut self, leading: Leading, trusted: Trusted, states: bool) -> Result<(), Failure> {
+    fn train(&mut self, leading: Leading, trusted: Trusted, states: bool) -> Result<(), Failed> {
         self.untrained = false;
         self.trainer.begin(Job { leading, trusted, states, files: self.status.whole })
     }
 
     /// Takes over what was trained.
-    fn collect(&mut self) -> Result<(), Failure> {
+    fn collect(&mut self) -> Result<(), Failed> {
         match self.trainer.found() {
             None => return Ok(()),
             Some(Ok(Some(outcome))) => {
@@ -270,7 +270,7 @@ impl Watch<'_> {
     }
 
     /// Everything from the start, as one run does it.
-    fn finish(&mut self) -> Result<(), Failure> {
+    fn finish(&mut self) -> Result<(), Failed> {
         self.trainer.end();
         self.status.said = "all files are there: training all models".to_owned();
         self.status.write(&self.live)?;

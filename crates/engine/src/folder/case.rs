@@ -1,5 +1,5 @@
-//! What a file or folder describes of which modes are asked: a network file, the rig of a study, a study at an
-//! operating point by the model that was ranked, or inputs of OSCILOS_lite.
+//! What a file or folder describes of which modes are asked: a network file, the rig of a study, a study at
+//! an operating point by the model that was ranked, or inputs of OSCILOS_lite.
 
 use super::results::{kept, no_stage};
 use super::study::{observations, of_modes, of_the_engine, open_study};
@@ -10,7 +10,7 @@ use rijke_network::file::{
 };
 use rijke_network::flow_chain::FlowChain;
 use rijke_network::{Mode, ModeCurves, Modes, NetworkError, Region};
-use rijke_numerics::{C64, Classify, Failure};
+use rijke_numerics::{C64, Classify, Failed};
 use rijke_study::Study;
 use std::f64::consts::PI;
 use std::path::{Path, PathBuf};
@@ -54,7 +54,7 @@ impl ModeCase {
 
     /// A network file, or the `rig.toml` of a study at the medians of its priors; frequencies (Hz) between
     /// `limits` where they are given.
-    pub fn file(path: &Path, limits: [Option<f64>; 2]) -> Result<Self, Failure> {
+    pub fn file(path: &Path, limits: [Option<f64>; 2]) -> Result<Self, Failed> {
         let text = rijke_numerics::read_text(path).or_bad_input().map_err(|failure| {
             failure.at(path).remedy("Name a network file; fixtures/networks holds examples.")
         })?;
@@ -67,7 +67,7 @@ impl ModeCase {
                 return Self::rig(path, &text, limits, &error.to_string());
             }
             // What both kinds of file have is refused in both.
-            Err(error) => return Err(Failure::bad_input(error.to_string()).at(path)),
+            Err(error) => return Err(Failed::bad_input(error.to_string()).at(path)),
         };
         let network = &built.network;
         let mut devices: Vec<f64> = built.places.iter().map(|(place, _)| network.position(*place)).collect();
@@ -81,7 +81,7 @@ impl ModeCase {
 
     /// A rig as studies have it, with quantities, formulas and unknowns; `error` says why it is no plain
     /// network file.
-    fn rig(path: &Path, text: &str, limits: [Option<f64>; 2], error: &str) -> Result<Self, Failure> {
+    fn rig(path: &Path, text: &str, limits: [Option<f64>; 2], error: &str) -> Result<Self, Failed> {
         const REMEDY: &str =
             "A rig of a study whose numbers depend on an operating point needs one: --point ID.";
         let study = Study::of_rig(path).map_err(|of_the_study| {
@@ -91,10 +91,10 @@ impl ModeCase {
             if text.contains("[microphones]") || text.contains('$') || with_unit {
                 let of_the_study = of_the_study.to_string();
                 let needs_a_point = of_the_study.contains("factor");
-                let failure = Failure::bad_input(of_the_study);
+                let failure = Failed::bad_input(of_the_study);
                 if needs_a_point { failure.remedy(REMEDY) } else { failure }
             } else {
-                Failure::bad_input(error).at(path)
+                Failed::bad_input(error).at(path)
             }
         })?;
         let (region, spectrum, devices, _) =
@@ -110,7 +110,7 @@ impl ModeCase {
     }
 
     /// Inputs of OSCILOS_lite.
-    pub fn oscilos(folder: &Path) -> Result<Self, Failure> {
+    pub fn oscilos(folder: &Path) -> Result<Self, Failed> {
         let inputs = folder.join("Inputs");
         let path = if inputs.is_dir() { inputs } else { folder.to_path_buf() };
         let text = |name: &str| {
@@ -152,7 +152,7 @@ impl ModeCase {
         id: &str,
         stage: Option<&str>,
         limits: [Option<f64>; 2],
-    ) -> Result<Self, Failure> {
+    ) -> Result<Self, Failed> {
         let study = open_study(dir)?;
         of_modes(&study)?;
         let there = dir.join("observations").is_dir();
@@ -167,7 +167,7 @@ impl ModeCase {
             (ranked || stage.is_some()).then(|| kept(dir, "models", name)).transpose()?;
         let Some((k, _)) = study.campaign.point(id) else {
             let some: Vec<&str> = study.campaign.points.iter().take(8).map(|p| p.id.as_str()).collect();
-            return Err(Failure::bad_input(format!("there is no operating point called `{id}`"))
+            return Err(Failed::bad_input(format!("there is no operating point called `{id}`"))
                 .at(&dir.join(&study.campaign.file))
                 .remedy(format!("Give one of its names: {} ...", some.join(", "))));
         };
@@ -196,11 +196,11 @@ impl ModeCase {
         Ok(Self { title, warnings, note, devices, ..Self::new(dir, region, chain, remedy) })
     }
 
-    pub(super) fn bad<T>(&self, outcome: Result<T, NetworkError>) -> Result<T, Failure> {
+    pub(super) fn bad<T>(&self, outcome: Result<T, NetworkError>) -> Result<T, Failed> {
         outcome.or_bad_input().map_err(|failure| failure.at(&self.path).remedy(self.remedy))
     }
 
-    pub(super) fn modes(&self) -> Result<Modes, Failure> {
+    pub(super) fn modes(&self) -> Result<Modes, Failed> {
         self.bad(match &self.chain {
             Chain::File(built, _) => built.modes(&self.region),
             Chain::Oscilos(chain, _) => chain.modes(&self.region),
@@ -209,7 +209,7 @@ impl ModeCase {
     }
 
     /// Poles of laws within the region: growth rate and frequency.
-    pub fn poles(&self) -> Result<Vec<[f64; 2]>, Failure> {
+    pub fn poles(&self) -> Result<Vec<[f64; 2]>, Failed> {
         let poles: Vec<C64> = self.bad(match &self.chain {
             Chain::File(built, _) => built.poles(&self.region),
             Chain::Oscilos(chain, _) => {
@@ -222,7 +222,7 @@ impl ModeCase {
     }
 
     /// Shape of a mode and sensitivities of its growth rate along x.
-    pub fn curves(&self, mode: &Mode) -> Result<ModeCurves, Failure> {
+    pub fn curves(&self, mode: &Mode) -> Result<ModeCurves, Failed> {
         let root = mode.root();
         let stations = match &self.chain {
             Chain::File(built, _) => built.along(&root, samples_of_each(built.ducts())),

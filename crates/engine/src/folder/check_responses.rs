@@ -3,7 +3,7 @@
 use super::responses::response_fault;
 use crate::response::{ResponseForesight, ResponseRun};
 use rijke_numerics::words::counted;
-use rijke_numerics::{Classify, Failure, Tell};
+use rijke_numerics::{Classify, Failed, Tell};
 use rijke_study::responses::{ObservedResponse, ResponseKind, Responses};
 use rijke_study::{Study, StudyProblem};
 use serde_json::{Value, json};
@@ -12,7 +12,7 @@ use serde_json::{Value, json};
 const MOST: usize = 6;
 
 /// Reads all data, and says what every stage of responses trains on and which parameters that can tell.
-pub fn check_responses(study: Study, tell: &dyn Tell) -> Result<Value, Failure> {
+pub fn check_responses(study: Study, tell: &dyn Tell) -> Result<Value, Failed> {
     let dir = study.folder.clone();
     let plan = study.plan.clone();
     let head = format!(
@@ -61,7 +61,7 @@ pub fn check_responses(study: Study, tell: &dyn Tell) -> Result<Value, Failure> 
 }
 
 /// The responses; none where nothing is measured yet or the data are other people's and not here.
-fn observed(study: &Study, tell: &dyn Tell) -> Result<Option<Responses>, Failure> {
+fn observed(study: &Study, tell: &dyn Tell) -> Result<Option<Responses>, Failed> {
     if !study.folder.join("observations").is_dir() {
         let is_recorded = study.folder.join("records").is_dir();
         let said = if is_recorded { "no record is processed yet" } else { "nothing is measured yet" };

@@ -3,13 +3,13 @@
 use super::results::warn_of_missing;
 use crate::SavedModel;
 use crate::run::{AskedPoint, Averaged, Forecast, OpenModel, at_other_maxima, beyond};
-use rijke_numerics::{Failure, Tell};
+use rijke_numerics::{Failed, Tell};
 use rijke_rig::files::csv_table;
 use rijke_study::{Point, Study};
 use std::collections::BTreeSet;
 
 /// Predictions, and what made them.
-pub struct Predicted<'a> {
+pub struct Forecasts<'a> {
     /// The study with the points that were asked for.
     pub study: &'a Study,
     /// The model that went on from its stage.
@@ -20,7 +20,7 @@ pub struct Predicted<'a> {
     pub found: &'a [Forecast],
 }
 
-impl Predicted<'_> {
+impl Forecasts<'_> {
     /// Says what is doubtful. The points `held` are looked at for factors beyond what was measured, those
     /// among `axes` left out.
     pub fn tell_doubts(&self, held: &[usize], axes: &[usize], tell: &dyn Tell) {
@@ -87,7 +87,7 @@ pub fn how_many<'a>(points: impl Iterator<Item = &'a String>) -> usize {
 }
 
 /// Predictions as CSV, a row for each.
-pub fn forecast_csv(study: &Study, found: &[Forecast]) -> Result<String, Failure> {
+pub fn forecast_csv(study: &Study, found: &[Forecast]) -> Result<String, Failed> {
     let factors = study.campaign.factors.iter().map(|f| format!("{} [{}]", f.name, f.unit_in_print()));
     let numbers = "growth_rate [1/s],growth_rate_sd [1/s],growth_rate_model_sd [1/s],angular_frequency [rad/s],\
          angular_frequency_sd [rad/s],angular_frequency_model_sd [rad/s],probability_of_instability,\

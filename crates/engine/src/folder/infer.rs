@@ -4,7 +4,7 @@
 use super::study::{doubts_of, of_the_engine, warn_of_copies};
 use crate::run::{EvidenceRecord, MeasuredRecord, ModelRecord, Run, StageRecord, Trusted};
 use crate::{EngineError, SavedModel};
-use rijke_numerics::{Classify, Failure, Tell, write_within};
+use rijke_numerics::{Classify, Failed, Tell, write_within};
 use rijke_study::{ObservedModes, OneTable, Study, filled_rig};
 use serde_json::json;
 use std::f64::consts::TAU;
@@ -33,19 +33,19 @@ pub fn infer_networks(
     data: &Path,
     trusted: Trusted,
     tell: &dyn Tell,
-) -> Result<Vec<InferredNetwork>, Failure> {
+) -> Result<Vec<InferredNetwork>, Failed> {
     // All files are read before the first is trained.
     let read = |file: &PathBuf| {
         let table = OneTable::read(file, data).or_bad_input()?;
         let (study, observations) = table.study().or_bad_input()?;
         if study.rig.own.parameters.is_empty() {
-            return Err(Failure::bad_input("has no unknown").at(file).remedy(
+            return Err(Failed::bad_input("has no unknown").at(file).remedy(
                 "Write \"$name\" in the place of a number, and give [unknown.name] with prior = { normal = { mean = ..., sd = ... } }.",
             ));
         }
         Ok((file.clone(), table, study, observations))
     };
-    let studies = files.iter().map(read).collect::<Result<Vec<_>, Failure>>()?;
+    let studies = files.iter().map(read).collect::<Result<Vec<_>, Failed>>()?;
     studies.iter().for_each(|(_, _, study, _)| tell.warn(&doubts_of(study)));
     if let Some((_, _, study, observations)) = studies.first() {
         warn_of_copies(study, observations, tell);
@@ -78,19 +78,19 @@ impl InferredNetwork {
         observations: &ObservedModes,
         trusted: Trusted,
         data: &Path,
-    ) -> Result<Self, Failure> {
+    ) -> Result<Self, Failed> {
         // Points are called by their lines.
         let wrong = |e: EngineError| match e.point().and_then(|p| p.strip_prefix("line-")) {
-            Some(line) => Failure::bad_input(format!("{}, line {line}: {e}", data.display()))
+            Some(line) => Failed::bad_input(format!("{}, line {line}: {e}", data.display()))
                 .remedy(format!("Correct that row, or {} where it uses its numbers.", file.display())),
             None => of_the_engine(&e, file),
         };
         let mut run = Run::new(study.clone(), observations, trusted).map_err(wrong)?;
         let stage = run.next_stage().map_err(wrong)?;
-        let stage = stage.ok_or_else(|| Failure::failed("no stage was run").at(file))?;
+        let stage = stage.ok_or_else(|| Failed::failed("no stage was run").at(file))?;
         let Some(evidence) = stage.models[0].evidence else {
             let why = stage.models[0].remark.clone().unwrap_or_default();
-            return Err(Failure::failed(format!("the most probable unknowns were not found: {why}"))
+            return Err(Failed::failed(format!("the most probable unknowns were not found: {why}"))
                 .at(file)
                 .remedy("Give priors nearer to the truth, or fewer unknowns."));
         };
@@ -143,7 +143,7 @@ impl InferredNetwork {
     }
 
     /// Writes the files of a study of one stage.
-    pub fn write_study(&self, folder: &Path) -> Result<(), Failure> {
+    pub fn write_study(&self, folder: &Path) -> Result<(), Failed> {
         let origin = "kind = \"measured\"\nsource = \"the table of `rijke infer`\"\n";
         let files = [
             ("rig.toml", self.table.rig.as_str()),
@@ -160,7 +160,7 @@ impl InferredNetwork {
     ///
     /// # Errors
     /// A name that is neither.
-    pub fn fitted(&self) -> Result<String, Failure> {
+    pub fn fitted(&self) -> Result<String, Failed> {
         let measured = &self.stage.measured;
         let growth = |k: &usize| measured[*k].growth_rate.map_or(f64::NEG_INFINITY, |g| g[0]);
         let row = (0..measured.len()).max_by(|a, b| growth(a).total_cmp(&growth(b))).unwrap_or(0);

@@ -1,6 +1,6 @@
 //! The folder of a study from step to step: opened and doubted, ranked into `results`, read again. What each
 //! step says while it works goes to a [`Tell`](rijke_numerics::Tell), what stops it is a
-//! [`Failure`](rijke_numerics::Failure) with file and remedy. Knows no records, no figure and no page.
+//! [`Failed`](rijke_numerics::Failed) with file and remedy. Knows no records, no figure and no page.
 
 mod case;
 mod check_responses;
@@ -14,7 +14,7 @@ mod study;
 
 pub use case::ModeCase;
 pub use check_responses::check_responses;
-pub use forecasts::{Predicted, forecast_csv, how_many, surroundings};
+pub use forecasts::{Forecasts, forecast_csv, how_many, surroundings};
 pub use infer::{InferredNetwork, infer_networks};
 pub use modes::{ByNoise, FoundModes, ModeLine};
 pub use rank::{Foresee, RankOptions, rank};

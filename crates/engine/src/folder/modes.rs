@@ -4,7 +4,7 @@ use super::case::{Chain, ModeCase};
 use crate::ModeDetails;
 use rijke_network::file::{Account, Scatter, by_the_rule_of_oscilos, scatter};
 use rijke_network::{Advice, Mode, Modes};
-use rijke_numerics::{C64, Classify, Failure, Tell};
+use rijke_numerics::{C64, Classify, Failed, Tell};
 use rijke_rig::files::csv_table;
 use serde::Serialize;
 use std::f64::consts::PI;
@@ -82,7 +82,7 @@ const NOISE: f64 = 1e-4;
 
 impl ModeCase {
     /// Finds them. What is doubtful is told: it may say why there are no modes.
-    pub fn find(&self, tell: &dyn Tell) -> Result<FoundModes, Failure> {
+    pub fn find(&self, tell: &dyn Tell) -> Result<FoundModes, Failed> {
         let path = self.path.display();
         self.warnings.iter().for_each(|warning| tell.note(format!("warning: {path}: {warning}")));
         let found = self.modes()?;
@@ -117,7 +117,7 @@ impl ModeCase {
     }
 
     /// Everything about one mode that a line of the table holds.
-    fn line(&self, mode: &Mode) -> Result<ModeLine, Failure> {
+    fn line(&self, mode: &Mode) -> Result<ModeLine, Failed> {
         let account = match &self.chain {
             Chain::File(built, _) => built.account(mode),
             Chain::Oscilos(chain, names) => Account::with_flow(chain, names, &mode.root()),
@@ -145,7 +145,7 @@ impl ModeCase {
     }
 
     /// What the noise of measured tables does to each mode; nothing where no table of a network file has any.
-    fn by_noise(&self, modes: &Modes) -> Result<Vec<ByNoise>, Failure> {
+    fn by_noise(&self, modes: &Modes) -> Result<Vec<ByNoise>, Failed> {
         let Chain::File(built, text) = &self.chain else { return Ok(Vec::new()) };
         if built.noise() <= NOISE {
             return Ok(Vec::new());
@@ -165,7 +165,7 @@ impl ModeCase {
 
 impl FoundModes {
     /// As CSV.
-    pub fn csv(&self) -> Result<String, Failure> {
+    pub fn csv(&self) -> Result<String, Failed> {
         let head = "frequency [Hz],growth_rate [1/s],residual,condition,multiplicity,upstream_end [1/s],\
              downstream_end [1/s],viscous_wall [1/s],thermal_wall [1/s],elements [1/s]";
         let head = head.split(',').map(str::to_owned).collect();

@@ -9,13 +9,13 @@ use crate::run::{
 };
 use crate::told::tell_heat;
 use crate::{EngineError, SavedModel};
-use rijke_numerics::{Classify, Failure, Tell};
+use rijke_numerics::{Classify, Failed, Tell};
 use rijke_study::plan::{MapQuestion, Selection};
 use rijke_study::{MadeOf, ObservedModes, Study};
 use std::path::Path;
 
 /// Adds to a study the states of the gas at points that were not measured, by their places in the campaign.
-pub type Foresee<'a> = &'a dyn Fn(&mut Study, &[usize]) -> Result<(), Failure>;
+pub type Foresee<'a> = &'a dyn Fn(&mut Study, &[usize]) -> Result<(), Failed>;
 
 /// How a study is ranked.
 pub struct RankOptions<'a> {
@@ -40,14 +40,14 @@ pub fn rank(
     options: &RankOptions<'_>,
     folder: &Path,
     tell: &dyn Tell,
-) -> Result<(Results, Option<ResponseResults>), Failure> {
+) -> Result<(Results, Option<ResponseResults>), Failed> {
     let dir = study.folder.clone();
     let wrong = |e: EngineError| of_the_engine(&e, &dir);
     warn_of(&study, observations, tell)?;
     warn_of_records(&dir, tell);
     if let Some(id) = options.until {
         if study.plan.response(id).is_some() {
-            return Err(Failure::bad_input(format!(
+            return Err(Failed::bad_input(format!(
                 "--until {id}: that stage trains on responses, and these all run before those of modes"
             ))
             .at(&dir.join("study.toml"))
@@ -156,7 +156,7 @@ fn mapped_by(
     model: &SavedModel,
     open: &[OpenModel],
     foresee: Foresee<'_>,
-) -> Result<Answer, Failure> {
+) -> Result<Answer, Failed> {
     let wrong = |e: EngineError| of_the_engine(&e, &study.folder);
     let all = Selection::default();
     let among = study.plan.stage(&asked.stage).map_or(&all, |(_, stage)| &stage.points);

@@ -6,7 +6,7 @@ use crate::EngineError;
 use crate::response::{Ground, ResponseModelRecord, ResponseRun, ResponseStageRecord};
 use crate::run::Trusted;
 use crate::told::tell_responses;
-use rijke_numerics::{Classify, Failure, Tell, write_within};
+use rijke_numerics::{Classify, Failed, Tell, write_within};
 use rijke_rig::DataKind;
 use rijke_study::Study;
 use serde::{Deserialize, Serialize};
@@ -41,7 +41,7 @@ impl ResponseResults {
     pub const BESIDE_MODES: &'static str = "responses";
 
     /// Reads those that ranking kept, and says in which folder of the results of the study they are.
-    pub fn read(study: &Study) -> Result<(Self, &'static str), Failure> {
+    pub fn read(study: &Study) -> Result<(Self, &'static str), Failed> {
         let beside = if study.plan.stages.is_empty() { "" } else { Self::BESIDE_MODES };
         let (dir, within) = (&study.folder, Path::new(beside));
         let numbers = within.join("numbers").display().to_string();
@@ -67,7 +67,7 @@ pub fn rank_responses(
     trusted: Trusted,
     folder: &Path,
     tell: &dyn Tell,
-) -> Result<(ResponseResults, Vec<Ground>), Failure> {
+) -> Result<(ResponseResults, Vec<Ground>), Failed> {
     let dir = study.folder.clone();
     if trusted == Trusted::Laplace {
         study.plan.responses.iter_mut().for_each(|stage| stage.checked = false);
@@ -86,7 +86,7 @@ pub fn rank_responses(
         stages.push(stage);
     }
     drop(progress);
-    let line = |what: serde_json::Result<String>| Ok::<_, Failure>(what.or_failed()? + "\n");
+    let line = |what: serde_json::Result<String>| Ok::<_, Failed>(what.or_failed()? + "\n");
     write_within(folder, &format!("{DATA}.json"), line(serde_json::to_string(&data))?)?;
     for stage in &stages {
         write_within(folder, &format!("numbers/{}.json", stage.id), line(serde_json::to_string(stage))?)?;
@@ -96,17 +96,17 @@ pub fn rank_responses(
 }
 
 /// What is wrong with a study of responses, and who must act.
-pub(super) fn response_fault(error: &EngineError, dir: &Path) -> Failure {
+pub(super) fn response_fault(error: &EngineError, dir: &Path) -> Failed {
     match error {
-        EngineError::Inference(_) | EngineError::Dense(_) => Failure::failed(error).at(dir),
+        EngineError::Inference(_) | EngineError::Dense(_) => Failed::failed(error).at(dir),
         EngineError::Refused { .. } | EngineError::NoPoint { .. } => {
-            Failure::bad_input(error).at(&dir.join("study.toml"))
+            Failed::bad_input(error).at(&dir.join("study.toml"))
         }
-        EngineError::NoWinner { .. } => Failure::bad_input(error).at(dir).remedy(
+        EngineError::NoWinner { .. } => Failed::bad_input(error).at(dir).remedy(
             "Check signs, units and reference of the data with `rijke check`, and the priors; a noise that is stated too small makes every \
              model impossible: let it be inferred.",
         ),
-        _ => Failure::bad_input(error).at(dir),
+        _ => Failed::bad_input(error).at(dir),
     }
 }
 

@@ -3,19 +3,19 @@
 use super::study::{observations, open_study, warn_of_study};
 use crate::SavedModel;
 use crate::run::{Answer, Judgement, Missing, OpenModel, StageRecord};
-use rijke_numerics::{Classify, Failure, Tell, write_within};
+use rijke_numerics::{Classify, Failed, Tell, write_within};
 use rijke_study::plan::{Plan, Stage};
 use rijke_study::{ObservedModes, Study};
 use serde::{Serialize, de::DeserializeOwned};
 use std::path::Path;
 
 /// A stage that the study does not have.
-pub(super) fn no_stage(id: &str, plan: &Plan, dir: &Path) -> Failure {
+pub(super) fn no_stage(id: &str, plan: &Plan, dir: &Path) -> Failed {
     none_of(id, &plan.stages.iter().map(|s| s.id.as_str()).collect::<Vec<_>>(), dir)
 }
 
 /// The place of a stage among all.
-pub fn known_stage(id: &str, all: &[&str], dir: &Path) -> Result<usize, Failure> {
+pub fn known_stage(id: &str, all: &[&str], dir: &Path) -> Result<usize, Failed> {
     all.iter().position(|known| *known == id).ok_or_else(|| none_of(id, all, dir))
 }
 
@@ -35,7 +35,7 @@ pub struct Ranked {
 
 impl Ranked {
     /// Reads them; without a name, of the last stage.
-    pub fn open(dir: &Path, stage: Option<&str>, tell: &dyn Tell) -> Result<Self, Failure> {
+    pub fn open(dir: &Path, stage: Option<&str>, tell: &dyn Tell) -> Result<Self, Failed> {
         let study = open_study(dir)?;
         warn_of_study(dir, tell);
         let observed = observations(&study)?;
@@ -49,12 +49,12 @@ impl Ranked {
     }
 
     /// The models that are open beside the one that goes on; none where the evidence decides.
-    pub fn open_models(&self) -> Result<Vec<OpenModel>, Failure> {
+    pub fn open_models(&self) -> Result<Vec<OpenModel>, Failed> {
         Ok(kept_if_any(&self.study.folder, &open_of(&self.stage.id))?.unwrap_or_default())
     }
 
     /// The open models or, where nothing is open, the best other model; a stage of one model has none.
-    pub fn rivals(&self) -> Result<Vec<OpenModel>, Failure> {
+    pub fn rivals(&self) -> Result<Vec<OpenModel>, Failed> {
         let mut rivals = self.open_models()?;
         if rivals.is_empty() {
             let rival: Option<SavedModel> = kept_if_any(&self.study.folder, &rival_of(&self.stage.id))?;
@@ -64,20 +64,20 @@ impl Ranked {
     }
 }
 
-fn none_of(id: &str, all: &[&str], dir: &Path) -> Failure {
-    Failure::bad_input(format!("there is no stage called `{id}`"))
+fn none_of(id: &str, all: &[&str], dir: &Path) -> Failed {
+    Failed::bad_input(format!("there is no stage called `{id}`"))
         .at(&dir.join("study.toml"))
         .remedy(format!("Give one of: {}.", all.join(", ")))
 }
 
 /// One file of DIR/results/models that need not be there.
-pub(super) fn kept_if_any<T: DeserializeOwned>(dir: &Path, name: &str) -> Result<Option<T>, Failure> {
+pub(super) fn kept_if_any<T: DeserializeOwned>(dir: &Path, name: &str) -> Result<Option<T>, Failed> {
     let there = dir.join("results/models").join(format!("{name}.json")).is_file();
     there.then(|| kept(dir, "models", name)).transpose()
 }
 
 /// One file of DIR/results.
-pub fn kept<T: DeserializeOwned>(dir: &Path, folder: &str, name: &str) -> Result<T, Failure> {
+pub fn kept<T: DeserializeOwned>(dir: &Path, folder: &str, name: &str) -> Result<T, Failed> {
     let path = dir.join("results").join(folder).join(format!("{name}.json"));
     let remedy = rank_first(dir);
     let text = rijke_numerics::read_text(&path).or_bad_input().map_err(|f| f.at(&path).remedy(&remedy))?;
@@ -113,7 +113,7 @@ pub(super) fn open_of(stage: &str) -> String {
 }
 
 /// Writes one file of results as JSON.
-pub(super) fn keep(folder: &Path, name: &str, what: &impl Serialize) -> Result<(), Failure> {
+pub(super) fn keep(folder: &Path, name: &str, what: &impl Serialize) -> Result<(), Failed> {
     let text = serde_json::to_string_pretty(what).or_failed()?;
     write_within(folder, &format!("{name}.json"), text + "\n")
 }
@@ -130,7 +130,7 @@ pub struct Results {
 
 impl Results {
     /// Reads what ranking wrote for a study, up to the stage after which it stopped.
-    pub fn read(dir: &Path, plan: &Plan) -> Result<Self, Failure> {
+    pub fn read(dir: &Path, plan: &Plan) -> Result<Self, Failed> {
         let verdicts = kept(dir, "numbers", "claims")?;
         let numbers = dir.join("results/numbers");
         let there = |name: &String| numbers.join(format!("{name}.json")).is_file();
@@ -144,7 +144,7 @@ impl Results {
                     let what =
                         format!("row `{}` has {} values for {count} columns", row.label, row.values.len());
                     let file = numbers.join(format!("{name}.json"));
-                    return Err(Failure::bad_input(what).at(&file).remedy(rank_first(dir)));
+                    return Err(Failed::bad_input(what).at(&file).remedy(rank_first(dir)));
                 }
             }
             Ok(answer)

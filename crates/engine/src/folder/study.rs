@@ -1,48 +1,48 @@
 //! A study folder, opened: what every step that reads one shares.
 
 use crate::EngineError;
-use rijke_numerics::{Failure, Tell};
+use rijke_numerics::{Failed, Tell};
 use rijke_study::{ObservedModes, Study, StudyProblem, changed_records, changed_study};
 use std::path::Path;
 
 /// Reads a study.
-pub fn open_study(dir: &Path) -> Result<Study, Failure> {
+pub fn open_study(dir: &Path) -> Result<Study, Failed> {
     if !dir.join("study.toml").exists() {
-        return Err(Failure::bad_input(format!("{}: holds no study.toml, so it is no study", dir.display()))
+        return Err(Failed::bad_input(format!("{}: holds no study.toml, so it is no study", dir.display()))
             .remedy("`rijke new DIR --template NAME` writes a study to fill in; docs/study-folder.md describes it."));
     }
-    crate::run::open(dir).map_err(Failure::bad_input)
+    crate::run::open(dir).map_err(Failed::bad_input)
 }
 
 /// Refuses a study with stages of responses, for a command that runs stages of modes without them.
-pub fn without_responses(study: &Study, command: &str) -> Result<(), Failure> {
+pub fn without_responses(study: &Study, command: &str) -> Result<(), Failed> {
     of_modes(study)?;
     if study.plan.responses.is_empty() {
         return Ok(());
     }
-    Err(Failure::bad_input(format!("{command} takes no study with stages of responses, on which those of modes may stand"))
+    Err(Failed::bad_input(format!("{command} takes no study with stages of responses, on which those of modes may stand"))
         .at(&study.folder.join("study.toml"))
         .remedy("Take `rijke rank`, `rijke run`, `rijke predict` or `rijke next`, or keep the stages of responses in a study folder of their own."))
 }
 
 /// Refuses a study all of whose stages train on responses, for a command of modes.
-pub fn of_modes(study: &Study) -> Result<(), Failure> {
+pub fn of_modes(study: &Study) -> Result<(), Failed> {
     if !study.plan.stages.is_empty() {
         return Ok(());
     }
-    Err(Failure::bad_input("the stages of this study train on responses, and this command is for studies of modes")
+    Err(Failed::bad_input("the stages of this study train on responses, and this command is for studies of modes")
         .at(&study.folder.join("study.toml"))
         .remedy("Take `rijke check`, `rijke rank`, `rijke run` or `rijke report`; for the answers of a network file `rijke response`."))
 }
 
 /// Reads what was observed.
-pub fn observations(study: &Study) -> Result<ObservedModes, Failure> {
+pub fn observations(study: &Study) -> Result<ObservedModes, Failed> {
     of_modes(study)?;
     study.observations().map_err(|error| {
         if !matches!(*error.problem, StudyProblem::Unreadable(_)) {
-            return Failure::bad_input(error);
+            return Failed::bad_input(error);
         }
-        Failure::bad_input(error).remedy(
+        Failed::bad_input(error).remedy(
             "Give observations/modes.csv and observations/observations.toml, or make them of records with `rijke process`; \
              docs/study-folder.md describes both.",
         )
@@ -55,12 +55,12 @@ pub fn is_measured(folder: &Path) -> bool {
 }
 
 /// Warns of what has no effect, and of statements of a study that contradict its observations.
-pub(crate) fn warn_of(study: &Study, observations: &ObservedModes, tell: &dyn Tell) -> Result<(), Failure> {
+pub(crate) fn warn_of(study: &Study, observations: &ObservedModes, tell: &dyn Tell) -> Result<(), Failed> {
     tell.warn(&study.unused());
     tell.warn(&doubts_of(study));
     warn_of_copies(study, observations, tell);
-    tell.warn(&study.idle_channels().map_err(Failure::bad_input)?);
-    tell.warn(&study.between_thermometers().map_err(Failure::bad_input)?);
+    tell.warn(&study.idle_channels().map_err(Failed::bad_input)?);
+    tell.warn(&study.between_thermometers().map_err(Failed::bad_input)?);
     study.unobserved(observations).into_iter().for_each(|said| tell.note(said));
     tell.warn(study.other_temperatures(observations).as_slice());
     Ok(())
@@ -119,11 +119,11 @@ pub fn warn_of_left_out(points: &[String], tell: &dyn Tell) {
 }
 
 /// What the files say can be wrong in ways that are seen only when a model is built from them.
-pub fn of_the_engine(error: &EngineError, dir: &Path) -> Failure {
+pub fn of_the_engine(error: &EngineError, dir: &Path) -> Failed {
     match error {
         EngineError::NotConverged { .. } | EngineError::Inference(_) | EngineError::Dense(_) => {
-            Failure::failed(error).at(dir)
+            Failed::failed(error).at(dir)
         }
-        _ => Failure::bad_input(error).at(dir),
+        _ => Failed::bad_input(error).at(dir),
     }
 }

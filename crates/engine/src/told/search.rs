@@ -1,6 +1,6 @@
 //! What is said and tabled of a search.
 
-use super::reasons;
+use super::doubts::reasons;
 use crate::run::SearchRecord;
 use rijke_numerics::Tell;
 

@@ -2,7 +2,7 @@
 //! holds it.
 
 use super::refused;
-use crate::Failure;
+use crate::Failed;
 use std::fs::{self, File, TryLockError};
 use std::io::{self, Read, Seek, Write};
 use std::path::{Path, PathBuf};
@@ -19,14 +19,14 @@ impl Lock {
     ///
     /// # Errors
     /// The place cannot be taken.
-    pub fn take(target: &Path) -> Result<Self, Failure> {
+    pub fn take(target: &Path) -> Result<Self, Failed> {
         // By whatever name it is called, such as `.` or a link.
         let real = target.canonicalize().unwrap_or_else(|_| target.to_owned());
         Self::hold(super::beside(&real, "lock"), target, File::try_lock)
     }
 
     /// The lock of `target`, as soon as nobody else holds it: for work of milliseconds.
-    pub(super) fn wait(target: &Path) -> Result<Self, Failure> {
+    pub(super) fn wait(target: &Path) -> Result<Self, Failed> {
         Self::hold(super::beside(target, "lock"), target, |file| file.lock().map_err(TryLockError::Error))
     }
 
@@ -34,7 +34,7 @@ impl Lock {
     ///
     /// # Errors
     /// The place cannot be taken.
-    pub fn within(folder: &Path) -> Result<Self, Failure> {
+    pub fn within(folder: &Path) -> Result<Self, Failed> {
         Self::hold(folder.join(".lock"), folder, File::try_lock)
     }
 
@@ -42,7 +42,7 @@ impl Lock {
         path: PathBuf,
         target: &Path,
         lock: impl Fn(&File) -> Result<(), TryLockError>,
-    ) -> Result<Self, Failure> {
+    ) -> Result<Self, Failed> {
         let wrong = |error: io::Error| {
             let remedy = "Give a place in which you may write, on a file system that can lock files, such as a local disk.";
             refused(target, format!("cannot be locked with {}: {error}", path.display()), remedy)
@@ -95,7 +95,7 @@ fn sign(file: &mut File) -> io::Result<()> {
 }
 
 /// The message for those who come later.
-fn refusal(target: &Path, file: &mut File) -> Failure {
+fn refusal(target: &Path, file: &mut File) -> Failed {
     let mut holder = String::new();
     // Some systems do not let others read a locked file.
     let known = file.take(400).read_to_string(&mut holder).is_ok() && !holder.is_empty();

@@ -2,7 +2,7 @@
 
 mod lock;
 
-use crate::{Classify, Failure};
+use crate::{Classify, Failed};
 pub use lock::Lock;
 use std::path::{Path, PathBuf};
 use std::{fs, io};
@@ -11,13 +11,13 @@ use std::{fs, io};
 const ELSEWHERE: &str = "Give a place in which you may write.";
 
 /// A place that cannot be taken.
-fn refused(path: &Path, what: impl std::fmt::Display, remedy: &'static str) -> Failure {
-    Failure::bad_input(format!("{}: {what}", path.display())).remedy(remedy)
+fn refused(path: &Path, what: impl std::fmt::Display, remedy: &'static str) -> Failed {
+    Failed::bad_input(format!("{}: {what}", path.display())).remedy(remedy)
 }
 
 /// Writing failed although the place could be taken.
-fn failed(path: &Path) -> impl FnOnce(io::Error) -> Failure {
-    move |error| Failure::failed(format!("{}: {error}", path.display()))
+fn failed(path: &Path) -> impl FnOnce(io::Error) -> Failed {
+    move |error| Failed::failed(format!("{}: {error}", path.display()))
 }
 
 /// A folder that appears under its name only when it is complete. Until then it is written beside its place
@@ -44,7 +44,7 @@ impl StagedFolder {
     ///
     /// # Errors
     /// The place cannot be taken.
-    pub fn new(target: &Path, mark: &str, force: bool) -> Result<Self, Failure> {
+    pub fn new(target: &Path, mark: &str, force: bool) -> Result<Self, Failed> {
         Self::start(target, mark, None, force)
     }
 
@@ -58,7 +58,7 @@ impl StagedFolder {
         mark: &str,
         own: &'static [&'static str],
         force: bool,
-    ) -> Result<Self, Failure> {
+    ) -> Result<Self, Failed> {
         Self::start(target, mark, Some(own), force)
     }
 
@@ -67,7 +67,7 @@ impl StagedFolder {
         mark: &str,
         own: Option<&'static [&'static str]>,
         force: bool,
-    ) -> Result<Self, Failure> {
+    ) -> Result<Self, Failed> {
         if target.file_name().is_none() {
             let remedy = "Name a folder to be created, such as results.";
             return Err(refused(target, "not the name of a folder", remedy));
@@ -122,7 +122,7 @@ impl StagedFolder {
     ///
     /// # Errors
     /// The system's.
-    pub fn commit(self) -> Result<(), Failure> {
+    pub fn commit(self) -> Result<(), Failed> {
         let (target, old) = (&self.target, replaced(&self.target));
         if let Some(own) = self.own.filter(|_| target.is_dir()) {
             keep_others(target, &self.partial, own).map_err(failed(target))?;
@@ -171,7 +171,7 @@ impl Drop for StagedFolder {
 ///
 /// # Errors
 /// The system's, with the file.
-pub fn write_within(folder: &Path, name: &str, content: impl AsRef<[u8]>) -> Result<(), Failure> {
+pub fn write_within(folder: &Path, name: &str, content: impl AsRef<[u8]>) -> Result<(), Failed> {
     let path = folder.join(name);
     let made = path.parent().map_or(Ok(()), fs::create_dir_all);
     made.and_then(|()| fs::write(&path, content)).or_failed().map_err(|f| f.at(&path))
@@ -182,7 +182,7 @@ pub fn write_within(folder: &Path, name: &str, content: impl AsRef<[u8]>) -> Res
 ///
 /// # Errors
 /// The place cannot be taken.
-pub fn write_output(path: &Path, content: &[u8]) -> Result<(), Failure> {
+pub fn write_output(path: &Path, content: &[u8]) -> Result<(), Failed> {
     if path.file_name().is_none() || path.is_dir() {
         return Err(refused(path, "not the name of a file", "Name a file to be written."));
     }

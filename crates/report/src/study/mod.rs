@@ -19,7 +19,7 @@ use rijke_engine::run::{
     Answer, Frame, Judgement, ModelRecord, Sliders, StageRecord, gains_along, left_out_table, models,
     residuals_over_factors,
 };
-use rijke_numerics::Failure;
+use rijke_numerics::Failed;
 use rijke_rig::{DataKind, files::csv_table};
 use std::{fs, path::Path};
 use tables::{chosen, total};
@@ -57,9 +57,9 @@ impl StudyPage {
         answers: &[Answer],
         verdicts: &[Judgement],
         sliders: Option<&(String, Result<Sliders, String>)>,
-    ) -> Result<Self, Failure> {
+    ) -> Result<Self, Failed> {
         if stages.is_empty() {
-            return Err(Failure::failed("no numbers of any stage"));
+            return Err(Failed::failed("no numbers of any stage"));
         }
         let mut page = Self { files: Vec::new() };
         let mut body = String::new();
@@ -147,7 +147,7 @@ impl StudyPage {
         head: &StudyHead,
         answer: &Answer,
         stage: Option<&StageRecord>,
-    ) -> Result<String, Failure> {
+    ) -> Result<String, Failed> {
         let prefix = if answer.frames.len() > 1 && !map::is_one(answer) { "-measured" } else { "" };
         for (k, frame) in answer.frames.iter().enumerate() {
             let name =
@@ -170,7 +170,7 @@ impl StudyPage {
         ))
     }
 
-    fn table(&mut self, name: &str, frame: &Frame) -> Result<(), Failure> {
+    fn table(&mut self, name: &str, frame: &Frame) -> Result<(), Failed> {
         let unit = |c: &rijke_engine::run::FrameColumn| format!("{} [{}]", c.name, c.unit);
         // Where points have several modes.
         let several = frame.rows.iter().any(|row| !row.mode.is_empty());
@@ -191,14 +191,14 @@ impl StudyPage {
     ///
     /// # Errors
     /// Names the file that could not be written.
-    pub fn write(&self, folder: &Path) -> Result<(), Failure> {
+    pub fn write(&self, folder: &Path) -> Result<(), Failed> {
         for (name, content) in &self.files {
             let path = folder.join(name);
             let folder = path.parent().map_or(Ok(()), fs::create_dir_all);
             let written = folder.and_then(|()| rijke_numerics::write_whole(&path, content));
-            written.map_err(|error| Failure {
+            written.map_err(|error| Failed {
                 causes: vec![error.to_string()],
-                ..Failure::failed(format!("{}: cannot be written", path.display()))
+                ..Failed::failed(format!("{}: cannot be written", path.display()))
             })?;
         }
         Ok(())

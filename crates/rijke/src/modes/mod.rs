@@ -7,7 +7,7 @@ mod print;
 use crate::{figure, number, ui::Ui};
 use rijke_engine::folder::ModeCase;
 use rijke_network::ModeCurves;
-use rijke_numerics::{Failure, write_output};
+use rijke_numerics::{Failed, write_output};
 use rijke_report::ModesFigure;
 use std::f64::consts::PI;
 use std::path::PathBuf;
@@ -64,7 +64,7 @@ enum Format {
     Json,
 }
 
-pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
+pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failed> {
     let mut case = match (&args.oscilos, &args.file) {
         (Some(folder), _) => ModeCase::oscilos(folder)?,
         (None, Some(dir)) if args.point.is_some() => {
@@ -75,10 +75,10 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
         }
         (None, Some(dir)) if dir.is_dir() => {
             let remedy = "Name a network file; of a study name an operating point too, with --point ID.";
-            return Err(Failure::bad_input("is a folder, not a network file").at(dir).remedy(remedy));
+            return Err(Failed::bad_input("is a folder, not a network file").at(dir).remedy(remedy));
         }
         (None, Some(file)) => ModeCase::file(file, [args.min_hz, args.max_hz])?,
-        (None, None) => return Err(Failure::bad_input("no network file is named")),
+        (None, None) => return Err(Failed::bad_input("no network file is named")),
     };
     for (limit, given) in case.region.omega.iter_mut().zip([args.min_hz, args.max_hz]) {
         *limit = given.map_or(*limit, |f| 2.0 * PI * f);

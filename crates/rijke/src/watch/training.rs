@@ -5,7 +5,7 @@ use rijke_engine::EngineError;
 use rijke_engine::folder::{observations, of_the_engine, open_study};
 use rijke_engine::run::{Leading, Next, Run, Sequence, Trusted, Wish, so_far, verdicts};
 use rijke_intake::flow_is_due;
-use rijke_numerics::{Classify, Failure, keep_others};
+use rijke_numerics::{Classify, Failed, keep_others};
 use rijke_report::{StudyHead, StudyPage, plot_svg};
 use rijke_study::{ObservedModes, Study};
 use std::path::{Path, PathBuf};
@@ -48,7 +48,7 @@ pub(super) struct Outcome {
 }
 
 /// What comes back: none where no stage has points yet.
-pub(super) type Found = Result<Option<Outcome>, Failure>;
+pub(super) type Found = Result<Option<Outcome>, Failed>;
 
 /// The thread.
 pub(super) struct Trainer {
@@ -65,7 +65,7 @@ const PLANNED: usize = 3;
 
 impl Trainer {
     /// Of the study in `dir`, whose page so far is written below `live`; `count` models of each stage lead.
-    pub(super) fn new(dir: &Path, live: &Path, count: usize) -> Result<Self, Failure> {
+    pub(super) fn new(dir: &Path, live: &Path, count: usize) -> Result<Self, Failed> {
         // One processor is left to what records need at once.
         let threads = thread::available_parallelism().map_or(1, |n| n.get().saturating_sub(1).max(1));
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().or_failed()?;
@@ -93,7 +93,7 @@ impl Trainer {
     }
 
     /// Begins, on a copy of what was observed so far.
-    pub(super) fn begin(&mut self, job: Job) -> Result<(), Failure> {
+    pub(super) fn begin(&mut self, job: Job) -> Result<(), Failed> {
         let copy = || {
             if self.seen.exists() {
                 fs::remove_dir_all(&self.seen)?;
