@@ -206,7 +206,7 @@ pub(crate) fn blame(error: FlowError) -> Failed {
                 .remedy("Compare powers, ambient temperatures and readings of the samples with the rig; give samples at shorter intervals if \
                     theirs are longer than a few minutes.")
         }
-        _ => Failed::failed(error)
+        _ => Failed::of_work(error)
             .remedy("Compare the readings with the rig; --method smoother needs no derivatives."),
     }
 }

@@ -21,7 +21,7 @@ pub struct Intake {
 }
 
 enum Records {
-    Folder(RecordFolder),
+    Folder(Box<RecordFolder>),
     Laboratory(Box<dyn RecordSource>),
 }
 
@@ -93,7 +93,7 @@ impl Intake {
             records.fill_ways(|point| tube.way(point));
         }
         let name = records.folder().display().to_string();
-        Ok(Self { records: Records::Folder(records), tube, study, name })
+        Ok(Self { records: Records::Folder(Box::new(records)), tube, study, name })
     }
 
     /// Records of a laboratory, which are in no folder, and its tube.
@@ -105,7 +105,7 @@ impl Intake {
     /// The records.
     pub fn source(&self) -> &dyn RecordSource {
         match &self.records {
-            Records::Folder(records) => records,
+            Records::Folder(records) => &**records,
             Records::Laboratory(records) => &**records,
         }
     }
@@ -147,7 +147,7 @@ impl Intake {
         fits.ping.highest_hz = fits.ping.highest_hz.max(1.4 * found.1);
         let stated = mains(options.mains_hz, source.set(), study);
         fits.ping.mains_hz = stated.unwrap_or(fits.ping.mains_hz);
-        (fits.gain_spread, fits.stated) = (options.gain_spread, options.channels.clone());
+        (fits.gain_spread, fits.stated) = (options.gain_spread, options.channels);
         let progress = tell.progress("processing", record_count(source.set()) as u64);
         let processed = process_again(source, &fits, kept, &|| progress(1));
         drop(progress);

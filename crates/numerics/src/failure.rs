@@ -40,7 +40,7 @@ impl Failed {
 
     /// The input is sound, but the work could not be done.
     #[must_use]
-    pub fn failed(message: impl fmt::Display) -> Self {
+    pub fn of_work(message: impl fmt::Display) -> Self {
         Self { kind: Blame::Work, ..Self::bad_input(message) }
     }
 
@@ -113,7 +113,7 @@ impl<T, E: Error + 'static> Classify<T> for Result<T, E> {
     }
 
     fn or_failed(self) -> Result<T, Failed> {
-        self.map_err(|error| Failed::failed(&error).because(&error))
+        self.map_err(|error| Failed::of_work(&error).because(&error))
     }
 }
 
@@ -138,7 +138,7 @@ mod tests {
 
     #[test]
     fn exact_a_path_is_named_once() {
-        let error = Failed::failed("cannot write out/a.csv").at(Path::new("out/a.csv"));
+        let error = Failed::of_work("cannot write out/a.csv").at(Path::new("out/a.csv"));
         assert_eq!(error.to_string(), "error: cannot write out/a.csv");
         assert_eq!(error.kind, Blame::Work);
     }

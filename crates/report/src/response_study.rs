@@ -23,7 +23,7 @@ pub(crate) fn response_page(
     stages: &[ResponseStageRecord],
 ) -> Result<Vec<(String, Vec<u8>)>, Failed> {
     if stages.is_empty() {
-        return Err(Failed::failed("no numbers of any stage"));
+        return Err(Failed::of_work("no numbers of any stage"));
     }
     let (mut files, mut body) = (Vec::new(), String::new());
     for stage in stages {

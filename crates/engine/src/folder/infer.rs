@@ -87,10 +87,10 @@ impl InferredNetwork {
         };
         let mut run = Run::new(study.clone(), observations, trusted).map_err(wrong)?;
         let stage = run.next_stage().map_err(wrong)?;
-        let stage = stage.ok_or_else(|| Failed::failed("no stage was run").at(file))?;
+        let stage = stage.ok_or_else(|| Failed::of_work("no stage was run").at(file))?;
         let Some(evidence) = stage.models[0].evidence else {
             let why = stage.models[0].remark.clone().unwrap_or_default();
-            return Err(Failed::failed(format!("the most probable unknowns were not found: {why}"))
+            return Err(Failed::of_work(format!("the most probable unknowns were not found: {why}"))
                 .at(file)
                 .remedy("Give priors nearer to the truth, or fewer unknowns."));
         };

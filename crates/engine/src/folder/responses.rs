@@ -98,7 +98,7 @@ pub fn rank_responses(
 /// What is wrong with a study of responses, and who must act.
 pub(super) fn response_fault(error: &EngineError, dir: &Path) -> Failed {
     match error {
-        EngineError::Inference(_) | EngineError::Dense(_) => Failed::failed(error).at(dir),
+        EngineError::Inference(_) | EngineError::Dense(_) => Failed::of_work(error).at(dir),
         EngineError::Refused { .. } | EngineError::NoPoint { .. } => {
             Failed::bad_input(error).at(&dir.join("study.toml"))
         }

@@ -122,7 +122,7 @@ pub fn warn_of_left_out(points: &[String], tell: &dyn Tell) {
 pub fn of_the_engine(error: &EngineError, dir: &Path) -> Failed {
     match error {
         EngineError::NotConverged { .. } | EngineError::Inference(_) | EngineError::Dense(_) => {
-            Failed::failed(error).at(dir)
+            Failed::of_work(error).at(dir)
         }
         _ => Failed::bad_input(error).at(dir),
     }

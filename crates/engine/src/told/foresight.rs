@@ -27,7 +27,7 @@ pub fn tell_foresight(study: &Study, stage: &StageForesight, tell: &dyn Tell) {
     }
     if let Some((_, plan)) = study.plan.stage(&stage.id)
         && (&plan.noise.installation, plan.noise.varying.len()) == (&None, 0)
-        && let shared = shared_installations(&study, plan)
+        && let shared = shared_installations(study, plan)
         && shared > 0
     {
         tell.say(format!(

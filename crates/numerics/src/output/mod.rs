@@ -17,7 +17,7 @@ fn refused(path: &Path, what: impl std::fmt::Display, remedy: &'static str) -> F
 
 /// Writing failed although the place could be taken.
 fn failed(path: &Path) -> impl FnOnce(io::Error) -> Failed {
-    move |error| Failed::failed(format!("{}: {error}", path.display()))
+    move |error| Failed::of_work(format!("{}: {error}", path.display()))
 }
 
 /// A folder that appears under its name only when it is complete. Until then it is written beside its place

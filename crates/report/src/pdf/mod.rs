@@ -64,5 +64,5 @@ fn packed(bytes: &[u8]) -> Result<Vec<u8>, Failed> {
 
 /// What cannot be read as a drawing of this crate.
 fn drawing(why: &impl std::fmt::Display) -> Failed {
-    Failed::failed(format!("not a drawing of rijke-report: {why}"))
+    Failed::of_work(format!("not a drawing of rijke-report: {why}"))
 }

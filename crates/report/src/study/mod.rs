@@ -59,7 +59,7 @@ impl StudyPage {
         sliders: Option<&(String, Result<Sliders, String>)>,
     ) -> Result<Self, Failed> {
         if stages.is_empty() {
-            return Err(Failed::failed("no numbers of any stage"));
+            return Err(Failed::of_work("no numbers of any stage"));
         }
         let mut page = Self { files: Vec::new() };
         let mut body = String::new();
@@ -198,7 +198,7 @@ impl StudyPage {
             let written = folder.and_then(|()| rijke_numerics::write_whole(&path, content));
             written.map_err(|error| Failed {
                 causes: vec![error.to_string()],
-                ..Failed::failed(format!("{}: cannot be written", path.display()))
+                ..Failed::of_work(format!("{}: cannot be written", path.display()))
             })?;
         }
         Ok(())
