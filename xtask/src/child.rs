@@ -1,7 +1,7 @@
 //! Programs that a task starts, one at a time: whatever ends the task ends them too.
 
 use std::{
-    io,
+    fs, io,
     process::{Child, Command, ExitStatus},
     sync::{Mutex, MutexGuard, PoisonError},
     thread,
@@ -27,6 +27,33 @@ pub(crate) fn run(command: &mut Command, mut look: impl FnMut(&Child)) -> io::Re
         }
         thread::sleep(Duration::from_millis(10));
     }
+}
+
+/// A program that ends with what holds it.
+pub(crate) struct Ending(pub(crate) Child);
+
+impl Drop for Ending {
+    fn drop(&mut self) {
+        // It may have ended by itself.
+        let _ = self.0.kill().and_then(|()| self.0.wait());
+    }
+}
+
+/// The most memory that a running process has held so far, MiB; none where the system does not tell.
+pub(crate) fn peak_memory_mib(process: u32) -> Option<u64> {
+    let status = fs::read_to_string(format!("/proc/{process}/status")).ok()?;
+    let line = status.lines().find_map(|l| l.strip_prefix("VmHWM:"))?;
+    let kib: u64 = line.trim().trim_end_matches("kB").trim().parse().ok()?;
+    Some(kib.div_ceil(1024))
+}
+
+/// Seconds of processor as Linux counts them, in hundredths (proc(5)): of a process (`utime` and `stime`,
+/// from field 11 behind its name), or of the programs that it waited for (`cutime` and `cstime`, from 13); 0
+/// where they cannot be read.
+pub(crate) fn processor(process: &str, field: usize) -> f64 {
+    let stat = fs::read_to_string(format!("/proc/{process}/stat")).unwrap_or_default();
+    let numbers = stat.rsplit(')').next().unwrap_or_default().split_whitespace().skip(field).take(2);
+    numbers.filter_map(|n| n.parse::<f64>().ok()).sum::<f64>() / 100.0
 }
 
 /// From now on SIGINT and SIGTERM end the running program first, then this task, as each of them does by

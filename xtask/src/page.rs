@@ -1,7 +1,7 @@
 //! `cargo xtask page`: opens the page of results, and those of the examples, in headless Chromium as a reader
 //! would, wide, narrow and on paper.
 
-use crate::workspace::{Outcome, root};
+use crate::workspace::{Outcome, at, entries, root, write};
 use browser::{between, command, told};
 use serde_json::Value;
 use std::{
@@ -63,9 +63,9 @@ pub(crate) fn run() -> Outcome {
         return Ok(());
     };
     let scratch = root().join("target/page");
-    fs::create_dir_all(&scratch).map_err(|e| format!("{}: {e}", scratch.display()))?;
+    fs::create_dir_all(&scratch).map_err(at(&scratch))?;
     let mut faults = Vec::new();
-    let size = fs::metadata(&page).map_err(|e| format!("{}: {e}", page.display()))?.len();
+    let size = fs::metadata(&page).map_err(at(&page))?.len();
     if size > LARGEST {
         faults.push(format!("it has {size} bytes, more than {LARGEST}"));
     }
@@ -139,7 +139,7 @@ fn open(
         .replace("@WIDTH@", &look.width.to_string())
         .replace("@SMALLEST@", &look.smallest.to_string())
         .replace("@PRINT@", &look.print.to_string());
-    fs::write(&harness, text).map_err(|e| format!("{}: {e}", harness.display()))?;
+    write(&harness, text)?;
     let mut command = command(browser, scratch);
     // The frame of the harness is a file of its own, into which it may look only with this option.
     command.args(["--allow-file-access-from-files", "--dump-dom"]);
@@ -177,8 +177,7 @@ fn print(browser: &str, scratch: &Path, page: &Path) -> Result<usize, String> {
 
 /// Number of files with an ending.
 fn files_of(folder: &Path, ending: &str) -> Result<usize, String> {
-    let entries = fs::read_dir(folder).map_err(|e| format!("{}: {e}", folder.display()))?;
-    Ok(entries.flatten().filter(|e| e.path().extension().is_some_and(|x| x == ending)).count())
+    Ok(entries(folder)?.iter().filter(|path| path.extension().is_some_and(|x| x == ending)).count())
 }
 
 #[cfg(test)]

@@ -1,10 +1,7 @@
 //! `cargo xtask python`: the Python package as its users get it, in a fresh environment under target/.
 
-use crate::workspace::{Outcome, cargo, root, succeed};
-use std::{
-    path::{Path, PathBuf},
-    process::Command,
-};
+use crate::workspace::{Outcome, at, built, entries, root, succeed};
+use std::{path::Path, process::Command};
 
 /// The oldest Python for which the package is built.
 const OLDEST: (u32, u32) = (3, 9);
@@ -21,11 +18,11 @@ pub(crate) fn run() -> Outcome {
     };
     let environment = root().join("target/python");
     if environment.exists() {
-        std::fs::remove_dir_all(&environment).map_err(|e| format!("{}: {e}", environment.display()))?;
+        std::fs::remove_dir_all(&environment).map_err(at(&environment))?;
     }
     succeed(Command::new(python).args(["-m", "venv"]).arg(&environment))?;
     let inside = environment.join("bin/python");
-    let program = program()?;
+    let program = built()?;
     // The build of the package shares the folder `target`, so that nothing is compiled twice.
     let pip = || {
         let mut command = Command::new(&inside);
@@ -46,10 +43,9 @@ fn wheel(pip: &dyn Fn() -> Command, python: &str, environment: &Path) -> Outcome
     const LARGEST: u64 = 8_000_000;
     let wheels = environment.join("wheels");
     succeed(pip().args(["wheel", ".", "--no-deps", "--wheel-dir"]).arg(&wheels))?;
-    let entries = std::fs::read_dir(&wheels).map_err(|e| format!("{}: {e}", wheels.display()))?;
-    let found: Option<PathBuf> = entries.filter_map(|e| Some(e.ok()?.path())).next();
-    let file = found.ok_or_else(|| format!("{}: pip made no wheel", wheels.display()))?;
-    let size = std::fs::metadata(&file).map_err(|e| format!("{}: {e}", file.display()))?.len();
+    let file = entries(&wheels)?.into_iter().next();
+    let file = file.ok_or_else(|| format!("{}: pip made no wheel", wheels.display()))?;
+    let size = std::fs::metadata(&file).map_err(at(&file))?.len();
     if size > LARGEST {
         return Err(format!("{}: {size} bytes, but a wheel may have {LARGEST}", file.display()));
     }
@@ -69,13 +65,6 @@ fn python_in(inside: &Path) -> Command {
     let mut command = Command::new(inside);
     command.current_dir(root());
     command
-}
-
-/// The program `rijke`, built.
-pub(crate) fn program() -> Result<PathBuf, String> {
-    let target = std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root().join("target"), PathBuf::from);
-    succeed(cargo().args(["build", "--release", "--locked", "--workspace", "--bin", "rijke"]))?;
-    Ok(target.join("release/rijke"))
 }
 
 /// A Python that is new enough and can make environments.

@@ -1,8 +1,8 @@
 //! `cargo xtask recovery`: each law of heat release of Table 4 as the truth of an otherwise unchanged
 //! campaign, and which model wins.
 
-use crate::reproduce::{copy_study, program};
-use crate::workspace::{Outcome, cargo, root, succeed};
+use crate::reproduce::copy_study;
+use crate::workspace::{Outcome, built, program, read, root, succeed, write};
 use serde_json::Value;
 use std::{fmt::Write as _, fs, path::Path, process::Command};
 
@@ -29,7 +29,7 @@ plates are resolved.
 ";
 
 pub(crate) fn run() -> Outcome {
-    succeed(cargo().args(["build", "--release", "--workspace", "--bin", "rijke"]))?;
+    built()?;
     let mut text = String::from(HEAD)
         + "| true | 1 | 2 | 3 | 4 | 5 | 6 | 7 | 8 | 9 | found |\n|---|---|---|---|---|---|---|---|---|---|---|\n";
     let mut right = 0;
@@ -43,7 +43,7 @@ pub(crate) fn run() -> Outcome {
     }
     let _ = writeln!(text, "\n{right} of 9 true laws win.");
     let path = root().join("docs/records/recovery.md");
-    fs::write(&path, text).map_err(|e| format!("{}: {e}", path.display()))
+    write(&path, text)
 }
 
 /// Nats by which each of the nine models is behind the best of them.
@@ -51,10 +51,10 @@ fn ranked(number: usize, law: &[f64; 6]) -> Result<Vec<f64>, String> {
     let folder = root().join("virtual-rig").join(format!("law-{number}"));
     copy_study(&folder)?;
     let standard = root().join("crates/lab/data/truth.toml");
-    let text = fs::read_to_string(&standard).map_err(|e| format!("{}: {e}", standard.display()))?;
+    let text = read(&standard)?;
     let own = format!("{text}\n[heater.law]\nmodel = {number}\nk = {law:?}\n");
     let truth = folder.join("truth.toml");
-    fs::write(&truth, own).map_err(|e| format!("{}: {e}", truth.display()))?;
+    write(&truth, own)?;
     let step = |words: &str| succeed(Command::new(program()).args(words.split(' ')).current_dir(&folder));
     step("process --virtual-rig --truth truth.toml --seed 1 --repeats 4 --out observations --force --quiet")?;
     step("flow . --out base --force --quiet")?;

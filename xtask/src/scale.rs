@@ -4,10 +4,9 @@
 mod made;
 mod records;
 
-use crate::child;
-use crate::reproduce::{peak_memory_mib, program};
-use crate::workspace::{Outcome, cargo, root, succeed};
-use made::{Made, campaign, candidates, copies, microphones, read, rows, write};
+use crate::child::{self, peak_memory_mib, processor};
+use crate::workspace::{Outcome, at, cargo, program, read, root, succeed, write};
+use made::{Made, campaign, candidates, copies, microphones, rows};
 use std::{fmt::Write as _, fs, path::Path, process::Command, time::Instant};
 
 const HEAD: &str = "| command | size | points | processor, s | clock, s | memory, MiB | exponent |
@@ -44,15 +43,8 @@ const SERIES: [Series; 7] = [
 ];
 
 pub(crate) fn run(options: &Options) -> Outcome {
-    succeed(cargo().args([
-        "build",
-        "--release",
-        "--workspace",
-        "--bin",
-        "rijke",
-        "--example",
-        "bench_data",
-    ]))?;
+    let words = "build --release --workspace --bin rijke --example bench_data";
+    succeed(cargo().args(words.split(' ')))?;
     let (mut text, place) = (String::from(HEAD), root().join("target/scale"));
     let _ = fs::remove_dir_all(&place);
     for (what, short, long, make, words) in SERIES {
@@ -62,14 +54,14 @@ pub(crate) fn run(options: &Options) -> Outcome {
         let mut before: Option<(usize, f64)> = None;
         for &size in short.iter().chain(if options.all { long } else { &[] }) {
             let folder = place.join(format!("{}-{size}", what.replace([' ', ',', '`'], "-")));
-            fs::create_dir_all(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
+            fs::create_dir_all(&folder).map_err(at(&folder))?;
             make(&folder, size)?;
             let table = ["observations/points.csv", "campaign.csv"]
                 .map(|f| read(&folder.join(f)).unwrap_or_default());
             let points = table.iter().find(|t| !t.is_empty()).map_or(1, |t| rows(t).count() - 1);
-            let (cpu, clock) = (children(), Instant::now());
+            let (cpu, clock) = (processor("self", 13), Instant::now());
             let memory = peak_memory(Command::new(program()).args(words.split(' ')).current_dir(&folder))?;
-            let (cpu, clock) = (children() - cpu, clock.elapsed().as_secs_f64());
+            let (cpu, clock) = (processor("self", 13) - cpu, clock.elapsed().as_secs_f64());
             let grown =
                 |(n, c): (usize, f64)| format!("{:.2}", (cpu / c).ln() / (size as f64 / n as f64).ln());
             let exponent = before.map_or(String::new(), grown);
@@ -83,13 +75,13 @@ pub(crate) fn run(options: &Options) -> Outcome {
         }
     }
     if options.only.is_some() {
-        return write(&root().join("target/scale.md"), &text);
+        return write(&root().join("target/scale.md"), text);
     }
     let path = root().join("docs/records/scale.md");
     let old = read(&path)?;
     let (intro, rest) = old.split_once("| command |").ok_or("docs/records/scale.md: there is no table")?;
     let (_, outro) = rest.split_once("\n\n").unwrap_or((rest, ""));
-    write(&path, &format!("{intro}{text}\n{outro}"))
+    write(&path, format!("{intro}{text}\n{outro}"))
 }
 
 /// Runs a command to its end; returns the most memory that it held, MiB.
@@ -98,12 +90,4 @@ fn peak_memory(command: &mut Command) -> Result<u64, String> {
     let status = child::run(command, |child| peak = peak.max(peak_memory_mib(child.id()).unwrap_or(0)));
     let status = status.map_err(|e| format!("{command:?}: {e}"))?;
     if status.success() { Ok(peak) } else { Err(format!("{command:?} ended with {status}")) }
-}
-
-/// Seconds of processor of all programs that have ended, as Linux counts them: hundredths (proc(5), `cutime`
-/// and `cstime`).
-fn children() -> f64 {
-    let stat = fs::read_to_string("/proc/self/stat").unwrap_or_default();
-    let numbers = stat.rsplit(')').next().unwrap_or_default().split_whitespace().skip(13).take(2);
-    numbers.filter_map(|n| n.parse::<f64>().ok()).sum::<f64>() / 100.0
 }

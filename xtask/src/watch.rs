@@ -1,12 +1,13 @@
 //! `cargo xtask watch`: how fast `rijke watch` is beside a campaign of the size of the paper's, and whether
 //! it keeps up.
 
-use crate::reproduce::{copy_study, peak_memory_mib, program};
-use crate::workspace::{Outcome, cargo, root, succeed};
+use crate::child::{Ending, peak_memory_mib};
+use crate::reproduce::copy_study;
+use crate::workspace::{Outcome, at, built, files, program, root, succeed, write};
 use serde_json::Value;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
+use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 use std::{fs, thread};
 
@@ -27,15 +28,8 @@ const PATIENCE: Duration = Duration::from_secs(7200);
 
 /// The watch and its folder.
 struct Watch {
-    child: Child,
+    child: Ending,
     study: PathBuf,
-}
-
-impl Drop for Watch {
-    fn drop(&mut self) {
-        // It may have ended by itself.
-        let _ = self.child.kill().and_then(|()| self.child.wait());
-    }
 }
 
 impl Watch {
@@ -46,7 +40,7 @@ impl Watch {
         command.arg("watch").arg(study).args(["--one-start", "--calm", "100000", "--quiet"]);
         let child = command.stdout(Stdio::null()).stderr(Stdio::null()).spawn();
         let child = child.map_err(|e| format!("cannot start `rijke watch`: {e}"))?;
-        Ok(Self { child, study: study.to_owned() })
+        Ok(Self { child: Ending(child), study: study.to_owned() })
     }
 
     fn status(&self) -> Value {
@@ -70,7 +64,7 @@ impl Watch {
     }
 
     fn memory(&self) -> u64 {
-        peak_memory_mib(self.child.id()).unwrap_or(0)
+        peak_memory_mib(self.child.0.id()).unwrap_or(0)
     }
 
     fn whole(&self) -> usize {
@@ -79,13 +73,13 @@ impl Watch {
 }
 
 pub(crate) fn run(all: bool) -> Outcome {
-    succeed(cargo().args(["build", "--release", "--workspace", "--bin", "rijke"]))?;
+    built()?;
     let study = root().join("target/watch");
     let (records, away) = (study.join("records"), study.join("away"));
     // An interrupted run leaves records elsewhere.
     if away.exists() || !records.join("manifest.toml").is_file() {
         let _ = fs::remove_dir_all(&study);
-        fs::create_dir_all(&study).map_err(|e| format!("{}: {e}", study.display()))?;
+        fs::create_dir_all(&study).map_err(at(&study))?;
         succeed(
             Command::new(program()).args(["lab", "--quiet", "--repeats", REPEATS, "--out"]).arg(&records),
         )?;
@@ -112,7 +106,7 @@ pub(crate) fn run(all: bool) -> Outcome {
     // Whatever is left there is empty.
     let _ = fs::remove_dir_all(&away);
     let path = root().join("target/watch.md");
-    fs::write(&path, text).map_err(|e| format!("{}: {e}", path.display()))
+    write(&path, text)
 }
 
 /// What was measured, how many files there are, the seconds that each took, and the largest memory.
@@ -130,7 +124,7 @@ fn of_few(study: &Path, records: &Path) -> Result<Vec<Row>, String> {
             .arg(study),
     )?;
     succeed(Command::new(program()).args(["flow", "--quiet", "--out"]).arg(study.join("base")).arg(study))?;
-    let all = files(records)?;
+    let all = recorded(records)?;
     let later: Vec<&String> = all.iter().filter(|f| !f.contains("-00.") && !f.starts_with("calib")).collect();
     for file in &later {
         moved(&records.join(file), &away.join(file))?;
@@ -160,7 +154,7 @@ fn of_few(study: &Path, records: &Path) -> Result<Vec<Row>, String> {
 /// `count` of the records, or all, come at the rate of the replay; the others are there before.
 fn replay(study: &Path, records: &Path, count: usize) -> Result<Vec<Row>, String> {
     let away = study.join("away");
-    let all: Vec<String> = files(records)?.into_iter().filter(|f| !f.starts_with("calib")).collect();
+    let all: Vec<String> = recorded(records)?.into_iter().filter(|f| !f.starts_with("calib")).collect();
     let count = count.min(all.len());
     let coming: Vec<&String> = all.iter().step_by(all.len() / count).take(count).collect();
     for file in &coming {
@@ -199,22 +193,11 @@ fn replay(study: &Path, records: &Path, count: usize) -> Result<Vec<Row>, String
 
 fn moved(from: &Path, to: &Path) -> Outcome {
     let made = to.parent().map_or(Ok(()), fs::create_dir_all);
-    made.and_then(|()| fs::rename(from, to)).map_err(|e| format!("{}: {e}", from.display()))
+    made.and_then(|()| fs::rename(from, to)).map_err(at(from))
 }
 
 /// The records below a folder, in order.
-fn files(folder: &Path) -> Result<Vec<String>, String> {
-    let said = |e: std::io::Error| format!("{}: {e}", folder.display());
-    let mut all = Vec::new();
-    for entry in fs::read_dir(folder).map_err(said)? {
-        let path = entry.map_err(said)?.path();
-        let Some(name) = path.file_name().and_then(|n| n.to_str()).map(str::to_owned) else { continue };
-        if path.is_dir() {
-            all.extend(files(&path)?.into_iter().map(|file| format!("{name}/{file}")));
-        } else if name.ends_with(".wav") {
-            all.push(name);
-        }
-    }
-    all.sort();
-    Ok(all)
+fn recorded(folder: &Path) -> Result<Vec<String>, String> {
+    let all = files(folder).map_err(at(folder))?.into_iter().map(|f| f.to_string_lossy().into_owned());
+    Ok(all.filter(|name| name.ends_with(".wav")).collect())
 }

@@ -6,6 +6,7 @@ mod data;
 mod delays;
 mod error;
 mod errors;
+pub mod folder;
 mod gaussian;
 mod groups;
 mod noise;
@@ -19,6 +20,7 @@ pub mod run;
 mod saved;
 mod shape;
 mod spectrum;
+pub mod told;
 mod training;
 
 pub use assembly::Assembly;

@@ -14,7 +14,6 @@ pub use apparatus::geometry::{Insert, Plates, Tube, TubeRecording, TubeRig};
 pub use apparatus::observed::{ObservedTube, TubeObservations};
 pub use apparatus::point::{PLATES, POSITION, POWER, THERMOMETERS, TubePoint};
 pub use apparatus::ramp::{Logged, Ramp};
-pub use base::laws::{ErrorForLaws, StateForLaws};
 pub use base::profiles::{PROFILES, VELOCITIES, read_profiles};
 pub use base::state::{BaseState, ErrorComponent};
 pub use base::states::BaseStates;

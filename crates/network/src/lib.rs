@@ -28,5 +28,6 @@ pub use respond::forced::{Forced, Source, Transfer};
 pub use sense::advice::{BestPlace, SmallChange};
 pub use sense::along::{Device, Station};
 pub use sense::budget::{Budget, Exchange};
+pub use sense::curves::{Advice, ModeCurves};
 pub use sense::sensitivity::{Derivatives, Sensitivities};
 pub use slot::Slot;

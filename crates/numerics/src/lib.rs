@@ -4,6 +4,7 @@ pub mod check;
 mod cholesky;
 mod complex_dual;
 mod dense;
+mod failure;
 mod field;
 mod files;
 mod howe;
@@ -13,8 +14,10 @@ mod product;
 pub mod rational;
 pub mod special;
 mod streams;
+mod tell;
 mod whole;
 pub mod wide;
+pub mod words;
 
 pub use cholesky::Cholesky;
 pub use complex_dual::ComplexDual;
@@ -22,12 +25,14 @@ pub use dense::{
     DenseError, Matrix, complex_eigenvalues, complex_lu_solve, dot, interpolate, least_direction,
     least_squares_sd, lu_solve, principal_directions, symmetric_eigen,
 };
+pub use failure::{Blame, Classify, Failed};
 pub use field::{GridField, Lines, Zero};
 pub use files::{LARGEST_TEXT, Unreadable, open_file, read_bytes, read_text};
 pub use howe::{howe, howe_parts};
 pub use jet::{Jet, JetSpace, Order};
-pub use output::{Lock, OutputError, StagedFolder, keep_others, write_output};
+pub use output::{Lock, StagedFolder, keep_others, write_output, write_within};
 pub use streams::{Stream, Streams};
+pub use tell::Tell;
 pub use whole::{write_through, write_whole};
 
 /// A complex number in double precision.

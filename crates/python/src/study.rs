@@ -64,11 +64,8 @@ impl Study {
         let run = py.detach(|| -> Answer<_> {
             let observations = self.study.observations()?;
             let mut study = self.study.clone();
-            if let Some((k, _)) = until.and_then(|id| study.plan.stage(id)) {
-                study.plan.stages.truncate(k + 1);
-                let plan = study.plan.clone();
-                study.plan.questions.retain(|question| plan.stage(&question.stage).is_some());
-                study.plan.maps.retain(|map| plan.stage(&map.stage).is_some());
+            if let Some((place, _)) = until.and_then(|id| study.plan.stage(id)) {
+                study.plan.end_after(place);
             }
             Ok(rijke_engine::run::Run::new(study, &observations, trusted)?)
         })?;
@@ -126,21 +123,6 @@ pub(crate) fn merge_searches(parts: Vec<String>) -> Answer<String> {
 
 /// The study with the points asked for, or with those of the stage where none is, and their places.
 fn places(
-    run: &rijke_engine::run::Run,
-    id: &str,
-    asked: &[BTreeMap<String, f64>],
-) -> Answer<(rijke_study::Study, Vec<usize>)> {
-    if !asked.is_empty() {
-        return wider(&run.study, id, asked);
-    }
-    let campaign = &run.study.campaign;
-    let of_stage = |k: &usize| {
-        run.study.plan.stage(id).is_some_and(|(_, s)| s.points.holds(campaign, &campaign.points[*k]))
-    };
-    Ok((run.study.clone(), (0..campaign.points.len()).filter(of_stage).collect()))
-}
-
-fn wider(
     study: &rijke_study::Study,
     id: &str,
     asked: &[BTreeMap<String, f64>],
@@ -148,7 +130,10 @@ fn wider(
     let Some((_, stage)) = study.plan.stage(id) else {
         return Err(Fault::input(format!("there is no stage called `{id}`")));
     };
-    Ok(with_points(study, &stage.points, asked)?)
+    Ok(match asked {
+        [] => (study.clone(), stage.points.places(&study.campaign)),
+        _ => with_points(study, &stage.points, asked)?,
+    })
 }
 
 /// `laplace`, `checked` or `nested`.
@@ -207,7 +192,7 @@ impl Run {
     /// stage: JSON, see `rijke predict`.
     fn forecast(&self, py: Python<'_>, id: &str, asked: Vec<BTreeMap<String, f64>>) -> Answer<String> {
         self.with(py, |run| {
-            let (study, places) = places(run, id, &asked)?;
+            let (study, places) = places(&run.study, id, &asked)?;
             let (model, open) = (run.saved(id)?, run.saved_open(id)?);
             let (found, mut left_out) = forecast(&study, &study.observations()?, &model, &open, &places)?;
             if found.is_empty() && !left_out.is_empty() {
@@ -232,9 +217,9 @@ impl Run {
         pressures: bool,
     ) -> Answer<String> {
         self.with(py, |run| {
-            let (study, mut candidates) = places(run, id, &asked)?;
+            let (study, mut candidates) = places(&run.study, id, &asked)?;
             let quantity = match &about {
-                Some(about) => Some(wider(&study, id, std::slice::from_ref(about))?),
+                Some(about) => Some(places(&study, id, std::slice::from_ref(about))?),
                 None => None,
             };
             let (study, about) = match quantity {

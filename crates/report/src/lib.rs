@@ -1,21 +1,26 @@
 #![doc = include_str!("../README.md")]
 
 mod draw;
-mod error;
+mod files;
+mod flow;
+mod folder;
 mod gallery;
+mod live;
 mod modes;
 mod pdf;
-mod record;
+mod plot;
 mod response;
 mod response_study;
 mod study;
 
 pub use draw::escape;
-pub use error::ReportError;
-pub use gallery::gallery;
-pub use modes::{ModeCurves, ModesFigure};
+pub use files::{is_file_of_figures, write_figure, write_figure_as};
+pub use flow::flow_page;
+pub use folder::{draw_study, write_response_page};
+pub use gallery::Gallery;
+pub use live::{LivePage, LivePart};
+pub use modes::ModesFigure;
 pub use pdf::pdf;
-pub use record::{Look, RecordCurve, RecordFigure, RecordPanel};
+pub use plot::plot_svg;
 pub use response::{ResponseCurve, ResponseFigure};
-pub use response_study::response_page;
 pub use study::{StudyHead, StudyPage, answer_svg};

@@ -2,6 +2,7 @@
 //! tube do.
 
 use crate::draw::{Axis, COLUMN, Figure, Key, Mark, Panel, Stroke, fixed, model_stroke};
+use rijke_network::{Device, ModeCurves, SmallChange};
 
 /// Numbers of the figure. Curves are over `x` of their mode.
 #[derive(Clone, Debug, PartialEq)]
@@ -18,24 +19,6 @@ pub struct ModesFigure {
     pub poles: Vec<[f64; 2]>,
     /// Where devices lie, m.
     pub devices: Vec<f64>,
-}
-
-/// One mode.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ModeCurves {
-    /// 1/s.
-    pub growth_rate: f64,
-    /// Hz.
-    pub frequency_hz: f64,
-    /// m from the upstream end.
-    pub x: Vec<f64>,
-    /// |p| over its largest value.
-    pub pressure: Vec<f64>,
-    /// |rho c u| over the largest |p|.
-    pub velocity: Vec<f64>,
-    /// What small changes at x do to the growth rate: title with unit and curve, the same titles for all
-    /// modes.
-    pub changes: Vec<(String, Vec<f64>)>,
 }
 
 const SIZE: [f64; 2] = [COLUMN, 250.0];
@@ -61,7 +44,7 @@ impl ModesFigure {
             let label = match k {
                 0 => "|*p*| / max |*p*|",
                 1 => "|*\u{3c1}c u*| / max |*p*|",
-                k => &drawn[0].changes[k - 2].0,
+                k => label(drawn[0].changes[k - 2].0),
             };
             let curves: Vec<Vec<[f64; 2]>> = drawn.iter().map(curve).collect();
             let values = curves.iter().flatten().map(|p| p[1]).chain([0.0]);
@@ -123,6 +106,17 @@ impl ModesFigure {
     }
 }
 
+/// What the curve of a change shows.
+fn label(change: SmallChange) -> &'static str {
+    match change {
+        SmallChange::Device(Device::Drag) => "screen *e* \u{3c1}*c u*: d\u{3c3}/d*e* / s^{-1}",
+        SmallChange::Device(Device::Heat) => "heat *e u*: d\u{3c3}/d*e* / s^{-1}",
+        SmallChange::Device(Device::Leak) => "leak *e p*/\u{3c1}*c*: d\u{3c3}/d*e* / s^{-1}",
+        SmallChange::Area => "wider by 100 %: d\u{3c3}/d*x* / s^{-1} m^{-1}",
+        SmallChange::Temperature => "warmer by 100 %: d\u{3c3}/d*x* / s^{-1} m^{-1}",
+    }
+}
+
 const POLE: Stroke = Stroke::solid("#1a1a1a", 1.3);
 
 #[cfg(test)]
@@ -137,7 +131,7 @@ mod tests {
             x: vec![0.0, 1.0],
             pressure: vec![0.0, 1.0],
             velocity: vec![1.0, 0.0],
-            changes: vec![("drag".to_owned(), vec![-1.0, 0.0])],
+            changes: vec![(SmallChange::Area, vec![-1.0, 0.0])],
         };
         let figure = ModesFigure {
             title: "T".to_owned(),

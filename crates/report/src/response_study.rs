@@ -1,10 +1,11 @@
 //! The page of a study of responses: tables of models, and what was measured beside what they answer.
 
+use crate::StudyHead;
 use crate::draw::{Axis, COLUMN, Figure, INK, Key, Mark, Panel, Stroke, html, model_stroke};
 use crate::study::{STYLE, numbers::with_uncertainty};
-use crate::{ReportError, StudyHead};
 use rijke_engine::response::{ResponseModelRecord, ResponseStageRecord};
 use rijke_engine::run::TrainedParameter;
+use rijke_numerics::Failed;
 use rijke_rig::DataKind;
 
 const SIZE: [f64; 2] = [COLUMN, 230.0];
@@ -15,14 +16,14 @@ const MOST: usize = 6;
 /// remarks on the data.
 ///
 /// # Errors
-/// [`ReportError::Nothing`] if no stage was run.
-pub fn response_page(
+/// If no stage was run.
+pub(crate) fn response_page(
     head: &StudyHead,
     doubts: &[String],
     stages: &[ResponseStageRecord],
-) -> Result<Vec<(String, Vec<u8>)>, ReportError> {
+) -> Result<Vec<(String, Vec<u8>)>, Failed> {
     if stages.is_empty() {
-        return Err(ReportError::Nothing);
+        return Err(Failed::of_work("no numbers of any stage"));
     }
     let (mut files, mut body) = (Vec::new(), String::new());
     for stage in stages {

@@ -2,20 +2,20 @@
 //! labels.
 
 use flate2::read::ZlibDecoder;
-use rijke_report::{Look, RecordCurve, RecordFigure, RecordPanel, pdf};
-use rijke_rig::DataKind;
+use rijke_report::{pdf, plot_svg};
+use rijke_rig::{DataKind, Look, Plot, PlotCurve, PlotPanel};
 use std::{io::Read as _, path::Path};
 
 fn figure(panels: usize, label: &str) -> String {
-    let curve = |name: &str, look| RecordCurve {
+    let curve = |name: &str, look| PlotCurve {
         name: name.into(),
         look,
         points: vec![[0.0, 1.0], [1.0, -1.0], [2.0, 0.5]],
     };
     let curves = vec![curve(label, Look::Record), curve("", Look::Dots(1)), curve("spread", Look::Patch(0))];
     let panel =
-        RecordPanel { x: "*t* / s".into(), y: "*\u{3c1}c u*_{0} / s^{-1}".into(), curves, marks: vec![0.4] };
-    RecordFigure { title: "Growth".into(), data: DataKind::Virtual, panels: vec![panel; panels] }.svg()
+        PlotPanel { x: "*t* / s".into(), y: "*\u{3c1}c u*_{0} / s^{-1}".into(), curves, marks: vec![0.4] };
+    plot_svg(&Plot { title: "Growth".into(), data: DataKind::Virtual, panels: vec![panel; panels] })
 }
 
 /// The bytes as text, and every packed stream opened.

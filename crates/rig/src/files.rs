@@ -2,6 +2,7 @@
 
 use crate::error::RigError;
 use crate::problem::Problem;
+use rijke_numerics::{Classify, Failed};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::fs::File;
@@ -78,5 +79,28 @@ pub fn in_range(
     match value >= low && value <= high {
         true => Ok(()),
         false => Err((place.to_owned(), Problem::OutOfRange { value, low, high, unit })),
+    }
+}
+
+/// A table as CSV (RFC 4180); the first row has the names of the columns, and all rows have as many cells.
+///
+/// # Errors
+/// Rows of different lengths.
+pub fn csv_table(rows: impl IntoIterator<Item = Vec<String>>) -> Result<String, Failed> {
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    rows.into_iter().try_for_each(|row| writer.write_record(row)).or_failed()?;
+    String::from_utf8(writer.into_inner().or_failed()?).or_failed()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn exact_a_cell_with_a_comma_is_one_cell() {
+        let row = |cells: &[&str]| cells.iter().map(|cell| (*cell).to_owned()).collect::<Vec<_>>();
+        let rows = [row(&["name", "p re"]), row(&["m1, upper", "0.5"])];
+        assert_eq!(csv_table(rows).ok().unwrap(), "name,p re\n\"m1, upper\",0.5\n");
+        assert!(csv_table([row(&["a", "b"]), row(&["1"])]).is_err());
     }
 }

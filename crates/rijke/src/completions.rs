@@ -1,6 +1,7 @@
 //! `rijke completions`: completion of commands and options in a shell.
 
-use crate::{failure::Failure, ui::Ui};
+use crate::ui::Ui;
+use rijke_numerics::Failed;
 
 /// Print a script that makes a shell complete commands and options.
 #[derive(clap::Args)]
@@ -12,7 +13,7 @@ pub(crate) struct Args {
     shell: clap_complete::Shell,
 }
 
-pub(crate) fn run(args: &Args, mut program: clap::Command, ui: &Ui) -> Result<(), Failure> {
+pub(crate) fn run(args: &Args, mut program: clap::Command, ui: &Ui) -> Result<(), Failed> {
     let mut script = Vec::new();
     clap_complete::generate(args.shell, &mut program, "rijke", &mut script);
     ui.say(String::from_utf8_lossy(&script).trim_end());

@@ -1,17 +1,18 @@
-//! Conditions as options name them, and what is said of their surroundings.
+//! Conditions and grids as options name them.
 
-use crate::failure::Failure;
 use rijke_engine::run::AskedPoint;
-use rijke_study::Point;
+use rijke_numerics::Failed;
+use rijke_study::Study;
+use rijke_study::plan::{MapGrid, Selection};
 use std::collections::BTreeMap;
 
 /// What names the day whose error of T_amb a condition shares.
 const DAY: &str = "day";
 
 /// `x=0.3,Q=50`, also with `T_amb`, `T_amb_sd` and `day`.
-pub(crate) fn condition(flag: &str, text: &str) -> Result<AskedPoint, Failure> {
+pub(crate) fn condition(flag: &str, text: &str) -> Result<AskedPoint, Failed> {
     let remedy = format!("Write it as {flag} x_g=0.15,Q=12, numbers in SI units.");
-    let wrong = |what: String| Failure::bad_input(format!("{flag} {text}: {what}")).remedy(&remedy);
+    let wrong = |what: String| Failed::bad_input(format!("{flag} {text}: {what}")).remedy(&remedy);
     let mut values = BTreeMap::new();
     let mut day = None;
     for part in text.split(',') {
@@ -31,27 +32,33 @@ pub(crate) fn condition(flag: &str, text: &str) -> Result<AskedPoint, Failure> {
     Ok(AskedPoint::new(values, day))
 }
 
-/// Where the ambient temperature of a condition and its error come from, as far as its words do not say it;
-/// `nearest` is the point of which it has all that it does not say.
-pub(crate) fn surroundings(asked: &AskedPoint, point: &Point, nearest: &str) -> Option<String> {
-    let [kelvin, sd] = point.ambient?;
-    let given = |name: &str| asked.values.contains_key(name);
-    let temperature = match (given("T_amb"), &asked.day) {
-        (true, _) => None,
-        (false, None) => Some(format!("that of {nearest}, the nearest point")),
-        (false, Some(day)) => Some(format!("that of {nearest}, the nearest point of day {day}")),
+/// `x_g,Q`, or `x_g=0.1:0.6,Q=0:80` with the ends of ranges; those of the points that `among` means, where
+/// they are left out.
+pub(crate) fn grid(text: &str, study: &Study, among: &Selection) -> Result<MapGrid, Failed> {
+    let known = study.campaign.factors.iter().map(|f| f.name.as_str()).collect::<Vec<_>>().join(", ");
+    let bad = |what: String| {
+        Failed::bad_input(format!("--map {text}: {what}"))
+            .remedy(format!("Give two of: {known}; with a range as --map x=0.1:0.6,y=0:80, in SI units."))
     };
-    let error = match (given("T_amb_sd"), &asked.day) {
-        (true, _) => None,
-        (false, None) => {
-            Some("the campaign's standard deviation, as an error of this condition alone".to_owned())
-        }
-        (false, Some(day)) => Some(format!("the error of day {day}")),
+    let both: Vec<&str> = text.split(',').collect();
+    let [x, y] = both[..] else { return Err(bad("takes two factors with a comma between".into())) };
+    let over = |k: usize| {
+        let points = study.campaign.points.iter().filter(|p| among.holds(&study.campaign, p));
+        let values = points.map(|p| p.factors[k]).filter(|v| v.is_finite());
+        let ends = values.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], v| [a.min(v), b.max(v)]);
+        Some(ends).filter(|[low, high]| low < high)
     };
-    let from: Vec<String> = [temperature, error].into_iter().flatten().collect();
-    let missing: Vec<&str> = ["T_amb", "T_amb_sd"].into_iter().filter(|name| !given(name)).collect();
-    (!from.is_empty()).then(|| {
-        let (from, missing) = (from.join(", with "), missing.join(" and "));
-        format!("T_amb = {kelvin} +- {sd} K: {from}; give {missing} in --at for another")
-    })
+    let axis = |text: &str| {
+        let (name, range) = text.split_once('=').map_or((text, None), |(name, range)| (name, Some(range)));
+        let name = name.trim();
+        let k = study.campaign.factor(name).ok_or_else(|| bad(format!("there is no factor `{name}`")))?;
+        let number = |text: &str| text.trim().parse::<f64>().ok().filter(|v| v.is_finite());
+        let ends = range.map(|range| {
+            let ends = range.split_once(':').and_then(|(low, high)| Some([number(low)?, number(high)?]));
+            ends.ok_or_else(|| bad(format!("`{range}` is no range, two numbers with a colon between")))
+        });
+        Ok::<_, Failed>((k, ends.transpose()?.or_else(|| over(k))))
+    };
+    let (x, y) = (axis(x)?, axis(y)?);
+    MapGrid::new(&study.campaign, [x.0, y.0], [x.1, y.1]).map_err(|problem| bad(problem.to_string()))
 }

@@ -1,25 +1,12 @@
 //! `rijke flow`: from click arrival times to the base flow.
 
-mod foreseen;
-mod plot;
-mod states;
-
-use crate::{
-    csv_table::csv_table,
-    failure::{Classify, Failure},
-    number,
-    ui::Ui,
-};
-pub(crate) use foreseen::foresee;
-use rijke_flow::assimilate::{self, AssimilationMethod, NamedStates, Records, RunReport};
-use rijke_flow::settled;
-use rijke_flow::shown::{FlowDocument, settles, together, unknowns_table, velocity_table, words};
-use rijke_flow::{
-    BaseStates, Closures, FlowError, HeatedTube, PROFILES, TubeObservations, TubeRig, read_profiles,
-};
-use rijke_numerics::StagedFolder;
-use rijke_rig::DataKind;
-use rijke_study::{Study, plan::Base};
+use crate::{number, ui::Ui};
+use rijke_flow::Closures;
+use rijke_flow::assimilate::{self, AssimilationMethod};
+use rijke_flow::shown::{together, words};
+use rijke_intake::{FlowOptions, InferredFlow};
+use rijke_numerics::{Classify, Failed, StagedFolder, Tell};
+use rijke_report::flow_page;
 use std::path::{Path, PathBuf};
 
 /// Infer velocity, temperature and sound speed along the tube from clicks (or thermometers) over time.
@@ -78,195 +65,53 @@ enum Choice {
     SquareRoot,
 }
 
-/// Whether a study wants states that are inferred, and has the observations of which they can be.
-pub(crate) fn is_due(study: &Study) -> bool {
-    let observations = study.folder.join("observations");
-    matches!(study.plan.base, Base::States(_))
-        && ["pings.csv", HeatedTube::FILE].iter().all(|file| observations.join(file).exists())
-}
-
-/// Infers the base flow of a study with the usual options; when its ramps are settled, in words.
-pub(crate) fn of_study(dir: &Path, out: &Path, force: bool, ui: &Ui) -> Result<Vec<String>, Failure> {
-    let words = ["flow".into(), dir.as_os_str().to_owned(), "--out".into(), out.as_os_str().to_owned()];
-    let force = force.then(|| "--force".into());
-    let matches = <Args as clap::Args>::augment_args(clap::Command::new("flow"))
-        .get_matches_from(words.into_iter().chain(force));
-    let args = <Args as clap::FromArgMatches>::from_arg_matches(&matches).or_failed()?;
-    infer(&args, dir, &Closures::default(), ui)
-}
-
-pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
+pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failed> {
     let closures = args.closures.as_deref().map_or(Ok(Closures::default()), read_closures)?;
-    match &args.dir {
-        Some(dir) if !args.twin => infer(args, dir, &closures, ui).map(|_| ()),
-        _ => twin(args, &closures, ui),
-    }
-}
-
-fn read_closures(path: &Path) -> Result<Closures, Failure> {
-    let text = rijke_numerics::read_text(path).or_bad_input().map_err(|f| f.at(path))?;
-    toml::from_str(&text).or_bad_input().map_err(|f| f.at(path))
-}
-
-/// Infers and writes; when the ramps are settled, in words.
-fn infer(args: &Args, dir: &Path, closures: &Closures, ui: &Ui) -> Result<Vec<String>, Failure> {
-    let below = dir.join("observations");
-    let settled = if below.is_dir() { Some(below.as_path()) } else { Some(dir) };
-    let settled = settled.filter(|folder| folder.join("observations.toml").is_file());
-    let (document, states, beside) = match settled {
-        Some(folder) if !dir.join("flow.toml").is_file() => {
-            let (document, states) = from_observations(args, folder, closures, ui)?;
-            (document, states, Vec::new())
-        }
-        _ => over_time(args, dir, closures, ui)?,
-    };
-    let staged = ui.started(StagedFolder::new(&args.out, "flow.json", args.force)?);
-    let write = |name: &str, text: String| {
-        let path = staged.path().join(name);
-        std::fs::write(&path, text).or_failed().map_err(|f| f.at(&path))
-    };
-    states.write(&staged.path().join(BaseStates::FILE)).or_failed()?;
-    if let Some(observations) = settled.and_then(|folder| TubeObservations::read(folder).ok()) {
-        let file = self::states::states(&states, &observations);
-        write("states.json", serde_json::to_string(&file).or_failed()? + "\n")?;
-    }
-    write("flow.json", serde_json::to_string_pretty(&document).or_failed()? + "\n")?;
-    write("unknowns.csv", csv_table(unknowns_table(&document.runs))?)?;
-    write("velocity.csv", csv_table(velocity_table(&document.runs))?)?;
-    if args.plot {
-        plot::write(&document, &beside, staged.path())?;
-    }
-    staged.commit()?;
-    let of_runs = document.runs.iter().flat_map(words);
-    of_runs.chain(together(&document.runs)).for_each(|said| ui.say(said));
-    let settling: Vec<String> = document.runs.iter().flat_map(|run| &run.settling).map(settles).collect();
-    settling.iter().for_each(|said| ui.say(said));
-    ui.result(&document)?;
-    Ok(settling)
-}
-
-/// What both kinds of input give.
-type Inferred = (FlowDocument, BaseStates);
-
-/// From the mean clicks of settled operating points.
-fn from_observations(args: &Args, folder: &Path, closures: &Closures, ui: &Ui) -> Result<Inferred, Failure> {
-    let observations = TubeObservations::read(folder).or_bad_input()?;
-    if folder.join(PROFILES).is_file() {
-        let states = read_profiles(folder, &observations).or_bad_input()?;
-        let document = FlowDocument {
-            kind: states.kind,
-            rig: observations.rig.name.clone(),
-            seed: args.seed,
-            runs: Vec::new(),
-        };
-        ui.say(format!("the base flow of {} operating points is that of {PROFILES}", states.points.len()));
-        return Ok((document, states));
-    }
-    let (file, readings) = readings(folder, &observations)?;
-    let runs = settled::heated(&observations, &readings, closures);
-    let runs = runs.or_bad_input().map_err(|f| f.at(folder))?;
-    if runs.is_empty() {
-        let message = "no heated operating point with clicks or readings, so there is no flow to infer";
-        let remedy = "Process the clicks of a row with power (say, H30), write temperatures or speeds of sound into readings.csv beside \
-            the observations, or give a record over time with flow.toml.";
-        return Err(Failure::bad_input(message).at(folder).remedy(remedy));
-    }
-    let progress = ui.progress("places of the heat source", runs.len() as u64);
-    let found = settled::infer(&runs, args.separate, &|places| progress.advance(places));
-    drop(progress);
-    let (reports, states) = found.map_err(|error| match error {
-        FlowError::FarOff { file: name, .. } => {
-            let place = if name == settled::Readings::FILE { file.clone() } else { folder.join(name) };
-            Failure::bad_input(error).at(&place).remedy(
-                "Compare the readings and their units with tube.toml (gas, length, places of microphones) and with the ambient temperatures of points.csv.",
-            )
-        }
-        _ => blame(error).at(folder),
-    })?;
-    Ok(gather(args, observations.kind, &observations.rig, observations.source, reports, states))
-}
-
-/// What stands in `readings.csv` among the observations or beside the study; nothing without the file.
-fn readings(folder: &Path, observations: &TubeObservations) -> Result<(PathBuf, settled::Readings), Failure> {
-    let beside = folder.parent().filter(|p| p.join("study.toml").exists());
-    let mut files = [Some(folder), beside].into_iter().flatten().map(|f| f.join(settled::Readings::FILE));
-    let file = files.find(|f| f.exists()).unwrap_or_else(|| folder.join(settled::Readings::FILE));
-    let known = |id: &str| observations.points.iter().any(|p| p.point.id == id);
-    let readings = match file.exists() {
-        true => settled::Readings::read(&file, &known).or_bad_input()?,
-        false => settled::Readings::default(),
-    };
-    Ok((file, readings))
-}
-
-/// Samples, of all runs, from which on a filter or the smoother takes long enough to say so.
-const MANY_SAMPLES: usize = 1000;
-
-/// From samples over time. A filter that is drawn has the batch fits of the same runs beside it.
-fn over_time(
-    args: &Args,
-    dir: &Path,
-    closures: &Closures,
-    ui: &Ui,
-) -> Result<(FlowDocument, BaseStates, Vec<RunReport>), Failure> {
-    let records = Records::read(dir).map_err(|error| {
-        let remedy = match error {
-            FlowError::InLine { .. } | FlowError::InRun { .. } => "Correct the file. Samples lie at equal intervals, so none can be left out.",
-            _ => "`rijke process` makes observations of records; `rijke flow --twin --out DIR` writes a record over time.",
-        };
-        Failure::bad_input(error).remedy(remedy)
-    })?;
+    let Some(dir) = args.dir.as_deref().filter(|_| !args.twin) else { return twin(args, &closures, ui) };
     let (method, filters) = match args.method {
         Choice::Batch => (AssimilationMethod::Batch, false),
         Choice::Smoother => (AssimilationMethod::Smoother, false),
         Choice::Paper => (AssimilationMethod::Paper, true),
         Choice::SquareRoot => (AssimilationMethod::SquareRoot, true),
     };
-    let samples: usize = records.runs.iter().map(|(_, run)| run.samples.len()).sum();
-    if !matches!(method, AssimilationMethod::Batch) && samples > MANY_SAMPLES {
-        ui.note(format!(
-            "{samples} samples: this method takes the whole ensemble through each, which takes minutes; --method batch needs seconds"
-        ));
-    }
-    let progress = ui.progress("places of the heat source", records.runs.len() as u64);
-    let done = || progress.advance(1);
-    let found = assimilate::infer(&records, closures, method, args.seed, args.plot && filters, &done);
-    drop(progress);
-    let assimilate::OverTime { runs, states, batch } = found.map_err(|e| blame(e).at(dir))?;
-    let source = dir.display().to_string();
-    let (document, states) = gather(args, records.kind, &records.rig, source, runs, states);
-    Ok((document, states, batch))
+    let beside = args.plot && filters;
+    let options = FlowOptions { method, separate: args.separate, beside, closures, seed: args.seed };
+    let plots = |flow: &InferredFlow, folder: &Path| match args.plot {
+        true => flow_page(&flow.document, &flow.beside, &folder.join("plots")),
+        false => Ok(()),
+    };
+    let flow = infer(dir, &args.out, args.force, &options, &plots, ui)?;
+    ui.result(&flow.document)
 }
 
-/// Readings under which no flow exists are the user's to mend; a search that gives up on sound ones is not.
-fn blame(error: FlowError) -> Failure {
-    use FlowError::{Ensemble, NoFlow, NotSteady, Power, Range};
-    match error {
-        NoFlow { .. } | NotSteady { .. } | Power { .. } | Range { .. } | Ensemble(_) => {
-            Failure::bad_input(error)
-                .remedy("Compare powers, ambient temperatures and readings of the samples with the rig; give samples at shorter intervals if \
-                    theirs are longer than a few minutes.")
-        }
-        _ => Failure::failed(error)
-            .remedy("Compare the readings with the rig; --method smoother needs no derivatives."),
-    }
+/// Infers the base flow of a study with the usual options; when its ramps are settled, in words.
+pub(crate) fn of_study(dir: &Path, out: &Path, force: bool, tell: &dyn Tell) -> Result<Vec<String>, Failed> {
+    Ok(infer(dir, out, force, &FlowOptions::default(), &|_, _| Ok(()), tell)?.settling())
 }
 
-fn gather(
-    args: &Args,
-    kind: DataKind,
-    rig: &TubeRig,
-    source: String,
-    runs: Vec<RunReport>,
-    states: NamedStates,
-) -> Inferred {
-    let points = states.into_iter().collect();
-    let document = FlowDocument { kind, rig: rig.name.clone(), seed: args.seed, runs };
-    (document, BaseStates { kind, source, points })
+/// Infers, writes and says it.
+fn infer(
+    dir: &Path,
+    out: &Path,
+    force: bool,
+    options: &FlowOptions,
+    plots: &dyn Fn(&InferredFlow, &Path) -> Result<(), Failed>,
+    tell: &dyn Tell,
+) -> Result<InferredFlow, Failed> {
+    let flow = InferredFlow::infer(dir, options, tell)?;
+    flow.write(out, force, &|folder| plots(&flow, folder), tell)?;
+    let runs = &flow.document.runs;
+    runs.iter().flat_map(words).chain(together(runs)).chain(flow.settling()).for_each(|said| tell.say(said));
+    Ok(flow)
+}
+
+fn read_closures(path: &Path) -> Result<Closures, Failed> {
+    let text = rijke_numerics::read_text(path).or_bad_input().map_err(|f| f.at(path))?;
+    toml::from_str(&text).or_bad_input().map_err(|f| f.at(path))
 }
 
 /// Writes a virtual record.
-fn twin(args: &Args, closures: &Closures, ui: &Ui) -> Result<(), Failure> {
+fn twin(args: &Args, closures: &Closures, ui: &Ui) -> Result<(), Failed> {
     let records = assimilate::twins(closures, &args.places, args.seed).or_bad_input()?;
     let staged = StagedFolder::new(&args.out, "flow.toml", args.force)?;
     records.write(staged.path()).or_failed()?;

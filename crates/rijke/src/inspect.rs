@@ -1,9 +1,7 @@
 //! `rijke inspect`: what is in a file of records.
 
-use crate::{
-    failure::{Classify, Failure},
-    ui::Ui,
-};
+use crate::ui::Ui;
+use rijke_numerics::{Classify, Failed};
 use rijke_rig::{FileContents, inspect};
 use serde_json::json;
 use std::path::PathBuf;
@@ -17,7 +15,7 @@ pub(crate) struct Args {
     file: PathBuf,
 }
 
-pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
+pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failed> {
     let FileContents { format, rate_hz, channels, others } = inspect(&args.file).or_bad_input()?;
     // The list `channels` of a manifest counts without the column of time.
     let mut numbers = 0..;
@@ -40,16 +38,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
         "{format}, {} channels of {frames_shown} samples{duration}",
         numbers.iter().flatten().count()
     ));
-    let head = [
-        "channel",
-        "name",
-        "mean",
-        "root mean square",
-        "smallest",
-        "largest",
-        "at full scale",
-        "not a number",
-    ];
+    let head = "channel,name,mean,root mean square,smallest,largest,at full scale,not a number".split(',');
     let rows = channels.iter().zip(&numbers).map(|(c, number)| {
         let numbers = [c.mean, c.rms, c.smallest, c.largest].map(|v| format!("{v:.6}"));
         let number = number.map_or_else(|| "time".to_owned(), |k| k.to_string());

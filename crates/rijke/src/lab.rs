@@ -1,13 +1,10 @@
 //! `rijke lab`: raw records of the virtual laboratory.
 
-use crate::{
-    failure::{Classify, Failure},
-    number,
-    ui::Ui,
-};
+use crate::{number, ui::Ui};
 use rijke_flow::{POSITION, POWER, TubeCampaign, TubePoint, TubeRig};
 use rijke_lab::{Truth, VirtualRig};
-use rijke_numerics::StagedFolder;
+use rijke_numerics::words::counted;
+use rijke_numerics::{Classify, Failed, StagedFolder, Tell};
 use rijke_rig::{Problem, RecordSource, RigError};
 use rijke_study::Campaign;
 use serde_json::json;
@@ -58,14 +55,14 @@ pub(crate) struct Laboratory {
 
 impl Laboratory {
     /// Sets it up.
-    pub(crate) fn open(&self) -> Result<VirtualRig, Failure> {
+    pub(crate) fn open(&self) -> Result<VirtualRig, Failed> {
         let rig =
             self.rig.as_deref().map_or(Ok(TubeRig::juniper_yoko_2022()), TubeRig::read).or_bad_input()?;
         let campaign = self.campaign.as_deref().map_or(Ok(TubeCampaign::juniper_yoko_2022()), campaign)?;
         let path = self.campaign.as_deref().unwrap_or(Path::new("campaign"));
         for point in &campaign.points {
             rig.point(&point.into())
-                .map_err(|(place, problem)| Failure::of_input(&RigError::invalid(path, place, problem)))?;
+                .map_err(|(place, problem)| Failed::of_input(&RigError::invalid(path, place, problem)))?;
         }
         let truth = self.truth.as_deref().map_or(Ok(Truth::standard()), Truth::read).or_bad_input()?;
         let seed = self.seed.unwrap_or(1);
@@ -84,7 +81,7 @@ impl Laboratory {
 
 /// A campaign of the laboratory (TOML), or the table of a study (CSV), whose factors are those of the heated
 /// tube.
-fn campaign(path: &Path) -> Result<TubeCampaign, Failure> {
+fn campaign(path: &Path) -> Result<TubeCampaign, Failed> {
     if path.extension().is_none_or(|end| end != "csv") {
         return TubeCampaign::read(path).or_bad_input();
     }
@@ -92,34 +89,35 @@ fn campaign(path: &Path) -> Result<TubeCampaign, Failure> {
     if let Some(name) = [POSITION, POWER].into_iter().find(|name| campaign.factor(name).is_none()) {
         let known = campaign.factors.iter().map(|f| f.name.clone()).collect();
         let problem = Problem::NoSuchHeading { name: name.into(), known };
-        return Err(Failure::of_input(&RigError::invalid(path, "factors of the heated tube", problem)));
+        return Err(Failed::of_input(&RigError::invalid(path, "factors of the heated tube", problem)));
     }
     let points = campaign.operating_points();
     let points = points.iter().map(|point| {
         TubePoint::of(point)
-            .map_err(|(place, problem)| Failure::of_input(&RigError::invalid(path, place, problem)))
+            .map_err(|(place, problem)| Failed::of_input(&RigError::invalid(path, place, problem)))
     });
     let points = points.collect::<Result<_, _>>()?;
     Ok(TubeCampaign { name: path.display().to_string(), points, ramps: Vec::new() })
 }
 
-pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
+pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failed> {
     let lab = args.laboratory.open()?;
     let rate = lab.set().ping.rate_hz;
     let sweep = match args.sweep.as_deref() {
         Some(&[low, high]) if low < high && high <= 0.25 * rate => Some([low, high]),
         Some(band) => {
-            return Err(Failure::bad_input(format!(
+            return Err(Failed::bad_input(format!(
                 "--sweep {band:?}: from a lower to a higher frequency, up to a quarter of the sampling rate of {rate} Hz"
             ))
             .remedy("Give two such frequencies, such as --sweep 80 800."));
         }
         None => None,
     };
-    let folder = ui.started(StagedFolder::new(&args.out, "manifest.toml", args.force)?);
+    let folder = StagedFolder::new(&args.out, "manifest.toml", args.force)?;
+    ui.after_killed_run(&folder);
     let records = if sweep.is_some() { lab.sweep_count() } else { lab.record_count() };
     let progress = ui.progress("recording", records as u64);
-    let written = |records| progress.advance(records as u64);
+    let written = |records| progress(records as u64);
     match sweep {
         Some(band) => lab.write_sweeps(folder.path(), band, &written),
         None => lab.write(folder.path(), &written),
@@ -128,7 +126,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     drop(progress);
     folder.commit()?;
     let points = lab.set().points.len();
-    let said = [number::counted(records, "record"), number::counted(points, "operating point")];
+    let said = [counted(records, "record"), counted(points, "operating point")];
     ui.note(format!("{}: {}", args.out.display(), said.join(" of ")));
     ui.result(&json!({ "dir": args.out, "records": records, "points": points }))
 }

@@ -4,6 +4,7 @@ pub use rijke_engine as engine;
 pub use rijke_flow as flow;
 pub use rijke_formula as formula;
 pub use rijke_inference as inference;
+pub use rijke_intake as intake;
 pub use rijke_lab as lab;
 pub use rijke_network as network;
 pub use rijke_numerics as numerics;

@@ -9,15 +9,12 @@ use std::{io, process::ExitCode, thread};
 mod check;
 mod completions;
 mod condition;
-mod csv_table;
-mod failure;
 mod figure;
 mod flow;
 mod infer;
 mod inspect;
 mod lab;
 mod man;
-mod map;
 mod modes;
 mod new;
 mod next;
@@ -27,11 +24,9 @@ mod process;
 mod rank;
 mod report;
 mod response;
-mod results;
 mod run;
 mod search;
-mod study;
-mod study_responses;
+mod trust;
 mod ui;
 mod watch;
 
@@ -77,7 +72,7 @@ enum Command {
 }
 
 impl Command {
-    fn run(&self, ui: &ui::Ui) -> Result<(), failure::Failure> {
+    fn run(&self, ui: &ui::Ui) -> Result<(), rijke_numerics::Failed> {
         match self {
             Self::New(args) => new::run(args, ui),
             Self::Lab(args) => lab::run(args, ui),

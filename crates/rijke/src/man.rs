@@ -1,10 +1,7 @@
 //! `rijke man`: the manual pages, and the page of the book that holds the help of every command.
 
-use crate::{
-    failure::{Classify, Failure},
-    ui::Ui,
-};
-use rijke_numerics::Lock;
+use crate::ui::Ui;
+use rijke_numerics::{Classify, Failed, Lock};
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
@@ -20,7 +17,7 @@ pub(crate) struct Args {
     markdown: bool,
 }
 
-pub(crate) fn run(args: &Args, program: clap::Command, ui: &Ui) -> Result<(), Failure> {
+pub(crate) fn run(args: &Args, program: clap::Command, ui: &Ui) -> Result<(), Failed> {
     let Some(out) = &args.out else {
         ui.document(markdown(program).trim_end());
         return Ok(());

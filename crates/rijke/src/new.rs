@@ -2,11 +2,8 @@
 
 mod templates;
 
-use crate::{
-    failure::{Classify, Failure},
-    ui::Ui,
-};
-use rijke_numerics::StagedFolder;
+use crate::ui::Ui;
+use rijke_numerics::{Classify, Failed, StagedFolder, write_within};
 use rijke_rig::OperatingPoint;
 use rijke_study::Campaign;
 use serde_json::json;
@@ -27,25 +24,17 @@ pub(crate) struct Args {
     template: Template,
 }
 
-pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
+pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failed> {
     // Never replaces anything: these files are written by hand.
     let folder = StagedFolder::new(&args.dir, "study.toml", false)?;
-    let write = |name: &str, text: &str| {
-        let path = folder.path().join(name);
-        let write = |path: &Path| {
-            path.parent().map_or(Ok(()), std::fs::create_dir_all)?;
-            std::fs::write(path, text)
-        };
-        write(&path).or_failed().map_err(|f| f.at(&path))
-    };
     let mut names: Vec<&str> = Vec::new();
     for (name, text) in args.template.files() {
-        write(name, text)?;
+        write_within(folder.path(), name, text)?;
         names.push(name);
     }
     if args.template == Template::HeatedTube {
         let name = "draft/records/manifest.toml";
-        write(name, &manifest(&folder.path().join("campaign.csv"))?)?;
+        write_within(folder.path(), name, manifest(&folder.path().join("campaign.csv"))?)?;
         names.push(name);
     }
     folder.commit()?;
@@ -58,7 +47,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
 }
 
 /// The manifest of the heated tube, with the names that the records of its campaign may have.
-fn manifest(campaign: &Path) -> Result<String, Failure> {
+fn manifest(campaign: &Path) -> Result<String, Failed> {
     let campaign = Campaign::read(campaign).or_failed()?;
     let points: String = campaign.operating_points().iter().map(point).collect();
     Ok(format!("{HEATED_TUBE_MANIFEST}{points}"))

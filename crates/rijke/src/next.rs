@@ -1,24 +1,15 @@
 //! `rijke next`: what to measure next, by the information that it would bring.
 
-use crate::{
-    condition::condition,
-    failure::Failure,
-    figure,
-    flow::foresee,
-    map, number,
-    rank::{open_of, rival_of},
-    results::{Ranked, kept_if_any, warn_of_missing},
-    study::of_the_engine,
-    ui::Ui,
-};
-use rijke_engine::SavedModel;
+use crate::condition::{condition, grid};
+use crate::{figure, number, ui::Ui};
+use rijke_engine::folder::{Ranked, of_the_engine, warn_of_missing};
 use rijke_engine::run::{
-    Aim, AskedPoint, MicrophoneChoice, MicrophoneTable, Next, OpenModel, Step, Suggestion, Wish, microphones,
-    next, over_map, with_points,
+    Aim, AskedPoint, MicrophoneChoice, MicrophoneTable, Next, Step, Suggestion, Wish, microphones, next,
+    over_map, with_points,
 };
-use rijke_report::{Look, RecordCurve, RecordFigure, RecordPanel};
-use rijke_rig::DataKind;
-use rijke_study::Study;
+use rijke_intake::foresee;
+use rijke_numerics::{Failed, words::fixed};
+use rijke_report::plot_svg;
 use std::path::PathBuf;
 
 /// Say what to measure next: the expected information of further operating points, and a plan of several.
@@ -77,19 +68,15 @@ const SHOWN: usize = 12;
 /// Information on the choice of models below which a plan tells nothing of it, nats.
 const NO_DIFFERENCE: f64 = 1e-3;
 
-pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
+pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failed> {
     let dir = &args.dir;
-    let Ranked { study, observed, stage, every, model } = Ranked::open(dir, args.stage.as_deref(), ui)?;
-    // Where nothing is open, the best other model; a stage of one model has none.
-    let mut rivals: Vec<OpenModel> = kept_if_any(dir, &open_of(&stage.id))?.unwrap_or_default();
-    if rivals.is_empty() {
-        let rival: Option<SavedModel> = kept_if_any(dir, &rival_of(&stage.id))?;
-        rivals.extend(rival.map(|model| OpenModel { odds: 0.0, model }));
-    }
+    let ranked = Ranked::open(dir, args.stage.as_deref(), ui)?;
+    let rivals = ranked.rivals()?;
+    let Ranked { study, observed, stage, every, model } = ranked;
     let wrong = |e: rijke_engine::EngineError| of_the_engine(&e, dir);
     let asked = match &args.map {
         Some(text) => {
-            let grid = map::parsed(text, &study, &stage.points)?;
+            let grid = grid(text, &study, &stage.points)?;
             over_map(&study, &stage.points, &grid, &AskedPoint::default()).map_err(wrong)?
         }
         None => args.at.iter().map(|text| condition("--at", text)).collect::<Result<_, _>>()?,
@@ -118,7 +105,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     warn_of_missing(dir, &stage.id, ui);
     let found = next(&study, &observed, &model, &rivals, &wish).map_err(wrong)?;
     if let Some(path) = &args.plot {
-        figure::write(path, &drawn(&found, &study, observed.kind).svg(), ui)?;
+        figure::write(path, &plot_svg(&found.plot(&study.campaign, observed.kind)), ui)?;
     }
     print(ui, &found, args.about.as_deref());
     ui.result(&found)
@@ -140,7 +127,7 @@ fn print(ui: &Ui, found: &Next, about: Option<&str>) {
         ));
     }
     let hours = |h: Option<f64>| h.map_or(String::new(), |h| format!("{h:.2}"));
-    let number = |v: Option<f64>| v.map_or(String::new(), |v| number::fixed(v, 3));
+    let number = |v: Option<f64>| v.map_or(String::new(), |v| fixed(v, 3));
     let row = |s: &Suggestion| {
         let [first, second] = [0, 1].map(|k| number(s.models.map(|m| m[k])));
         let (parameters, nats) = (number(Some(s.parameters)), number(Some(s.nats)));
@@ -155,12 +142,12 @@ fn print(ui: &Ui, found: &Next, about: Option<&str>) {
     for (point, why) in found.left_out.iter().take(SHOWN) {
         ui.note(format!("{point} is left out: {why}"));
     }
-    let [plan, greedy] = found.total.map(|nats| number::fixed(nats, 3));
+    let [plan, greedy] = found.total.map(|nats| fixed(nats, 3));
     ui.say(format!("Plan: {plan} nats (greedy {greedy})"));
     if found.aim == Aim::Models && found.total[0] < NO_DIFFERENCE {
         ui.say("No measurement at these points tells the models apart: they foresee the same");
     }
-    let row = |step: &Step| [number::fixed(step.adds, 3), hours(step.hours), step.point.clone()];
+    let row = |step: &Step| [fixed(step.adds, 3), hours(step.hours), step.point.clone()];
     ui.table(["adds, nats", "h", "point"], found.plan.iter().map(row));
     if let Some(of) = found.factor.filter(|_| found.aim == Aim::Models) {
         let [first, second] = of.map(|[mean, sd]| format!("{mean:.1} +- {sd:.1}"));
@@ -170,7 +157,7 @@ fn print(ui: &Ui, found: &Next, about: Option<&str>) {
         ui.say(format!("Growth rate at {about}: sd {now:.3} 1/s now, {then:.3} 1/s after the plan"));
     }
     if let Some((point, nats)) = &found.further {
-        let nats = number::fixed(*nats, 3);
+        let nats = fixed(*nats, 3);
         ui.say(format!("After it, the best further point would add {nats} nats: {point}"));
     }
 }
@@ -198,38 +185,5 @@ fn print_microphones(ui: &Ui, found: &MicrophoneTable) {
     }
     if !found.further.first().is_some_and(|m| m.nats >= found.worth) {
         ui.say(format!("None is worth adding: each brings less than {} nats at these points", found.worth));
-    }
-}
-
-/// Information over every factor that has more than one value; the points of the plan again in another
-/// colour.
-pub(crate) fn drawn(found: &Next, study: &Study, data: DataKind) -> RecordFigure {
-    let planned = |s: &&Suggestion| found.plan.iter().any(|step| step.point == s.point);
-    let panel = |k: usize| {
-        let dots = |list: Vec<&Suggestion>| -> Vec<[f64; 2]> {
-            list.into_iter().filter_map(|s| Some([s.factors[k]?, s.nats])).collect()
-        };
-        let all = dots(found.points.iter().collect());
-        let factor = &study.campaign.factors[k];
-        let varies = all.windows(2).any(|w| w[0][0] != w[1][0]);
-        let curve = |name: &str, index: usize, points: Vec<[f64; 2]>| RecordCurve {
-            name: name.to_owned(),
-            look: Look::Dots(index),
-            points,
-        };
-        varies.then(|| RecordPanel {
-            x: format!("{} / {}", factor.name, factor.unit),
-            y: "expected information / nats".to_owned(),
-            curves: vec![
-                curve("a possible point", 0, all),
-                curve("a point of the plan", 1, dots(found.points.iter().filter(planned).collect())),
-            ],
-            marks: Vec::new(),
-        })
-    };
-    RecordFigure {
-        title: format!("What further points would tell: {}", found.stage),
-        data,
-        panels: (0..study.campaign.factors.len()).filter_map(panel).collect(),
     }
 }

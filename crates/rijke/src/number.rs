@@ -1,36 +1,6 @@
 //! Numbers of the command line. Every option that takes a real number names one of these as its parser.
 
 use clap::Command;
-pub(crate) use rijke_engine::run::with_sd;
-
-/// A value with its standard deviation and unit; pure numbers have none.
-pub(crate) fn quantity(value: f64, sd: f64, unit: &str) -> String {
-    let unit = if unit == "1" { String::new() } else { format!(" {unit}") };
-    with_sd(value, sd) + &unit
-}
-
-/// `1 mode`, `2 modes`.
-pub(crate) fn counted(count: usize, one: &str) -> String {
-    format!("{count} {one}{}", if count == 1 { "" } else { "s" })
-}
-
-/// Three digits.
-pub(crate) fn rounded(value: f64) -> String {
-    if value == 0.0 {
-        return "0".to_owned();
-    }
-    if (1e-4..1e4).contains(&value.abs()) {
-        let places = (2.0 - value.abs().log10().floor()).clamp(0.0, 6.0) as usize;
-        return format!("{value:.places$}");
-    }
-    format!("{value:.2e}")
-}
-
-/// With so many decimals; what rounds to zero has no sign.
-pub(crate) fn fixed(value: f64, places: usize) -> String {
-    let text = format!("{value:.places$}");
-    if text.bytes().all(|b| b"-0.".contains(&b)) { text.trim_start_matches('-').to_owned() } else { text }
-}
 
 /// A number that is neither infinite nor undefined.
 pub(crate) fn finite(text: &str) -> Result<f64, String> {
@@ -62,20 +32,6 @@ pub(crate) fn negative_is_no_option(command: Command) -> Command {
 
 #[cfg(test)]
 mod tests {
-    #[test]
-    fn exact_values_have_the_digits_that_their_errors_leave() {
-        let shown = |value, sd| super::with_sd(value, sd);
-        assert_eq!(shown(0.982_848, 1.04e-3), "0.9828 +- 0.0010");
-        assert_eq!(shown(4.078e-7, 2.9e-9), "4.078e-7 +- 2.9e-9");
-        assert_eq!(shown(-1234.56, 7.0), "-1234.6 +- 7.0");
-        assert_eq!(shown(2.0, 0.0), "2.000000e0 +- 0.0e0");
-        assert_eq!(super::quantity(0.982_848, 1.04e-3, "1"), "0.9828 +- 0.0010");
-        let fixed = [-0.0004, -0.0006, 0.0, 12.0].map(|v| super::fixed(v, 3));
-        assert_eq!(fixed, ["0.000", "-0.001", "0.000", "12.000"]);
-        let rounded = [0.0, 0.102, 1.557, 123.4, 5.42e-5, 3.5e-10].map(super::rounded);
-        assert_eq!(rounded, ["0", "0.102", "1.56", "123", "5.42e-5", "3.50e-10"]);
-    }
-
     use super::*;
     use crate::Program;
     use clap::{CommandFactory, builder::ValueParser, error::ErrorKind};

@@ -1,24 +1,12 @@
 //! `rijke predict`: what a trained model says of operating points, measured or not.
 
-use crate::{
-    condition::{condition, surroundings},
-    csv_table::csv_table,
-    failure::Failure,
-    figure,
-    flow::foresee,
-    map,
-    rank::open_of,
-    results::{Ranked, kept_if_any, warn_of_missing},
-    study::of_the_engine,
-    ui::Ui,
-};
-use rijke_engine::run::{
-    AskedPoint, Averaged, Forecast, OpenModel, at_other_maxima, beyond, forecast, nearest, over_map,
-    stability, with_points,
-};
-use rijke_numerics::write_output;
+use crate::condition::{condition, grid};
+use crate::{figure, ui::Ui};
+use rijke_engine::folder::{Forecasts, Ranked, forecast_csv, how_many, of_the_engine, surroundings};
+use rijke_engine::run::{AskedPoint, forecast, nearest, over_map, stability, with_points};
+use rijke_intake::foresee;
+use rijke_numerics::{Failed, write_output};
 use rijke_report::answer_svg;
-use rijke_study::Study;
 use rijke_study::plan::MapQuestion;
 use serde_json::json;
 use std::path::PathBuf;
@@ -60,18 +48,20 @@ pub(crate) struct Args {
     out: Option<PathBuf>,
 }
 
-pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
+pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failed> {
     let dir = &args.dir;
-    let Ranked { study, observed, stage, every, model } = Ranked::open(dir, args.stage.as_deref(), ui)?;
+    let ranked = Ranked::open(dir, args.stage.as_deref(), ui)?;
+    let open = ranked.open_models();
+    let Ranked { study, observed, stage, every, model } = ranked;
     let wrong = |e: rijke_engine::EngineError| of_the_engine(&e, dir);
-    let map = args.map.as_deref().map(|text| map::parsed(text, &study, &stage.points)).transpose()?;
+    let map = args.map.as_deref().map(|text| grid(text, &study, &stage.points)).transpose()?;
     let among = stage.points.clone();
     let given = args.at.iter().map(|text| condition("--at", text)).collect::<Result<Vec<_>, _>>()?;
     let asked = match &map {
         Some(grid) => {
             if given.len() > 1 {
                 let remedy = "Name what is the same at all nodes of the map in one --at.";
-                return Err(Failure::bad_input("--map takes one --at").remedy(remedy));
+                return Err(Failed::bad_input("--map takes one --at").remedy(remedy));
             }
             over_map(&study, &among, grid, &given.into_iter().next().unwrap_or_default()).map_err(wrong)?
         }
@@ -79,7 +69,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     };
     let measured = study.campaign.points.len();
     let like = |asked: &AskedPoint| Ok(nearest(&study, &among, asked).map_err(wrong)?.id.clone());
-    let likes = asked.iter().map(like).collect::<Result<Vec<String>, Failure>>()?;
+    let likes = asked.iter().map(like).collect::<Result<Vec<String>, Failed>>()?;
     let (mut study, places) =
         if asked.is_empty() { (study, every) } else { with_points(&study, &among, &asked).map_err(wrong)? };
     foresee(&mut study, &places, ui)?;
@@ -92,68 +82,20 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
         said.iter().for_each(|said| ui.note(format!("{whose}: {said}")));
     }
     // Where the evidence decides, no other model is open.
-    let open: Vec<OpenModel> = kept_if_any(dir, &open_of(&stage.id))?.unwrap_or_default();
+    let open = open?;
     let (found, mut left_out) = forecast(&study, &observed, &model, &open, &places).map_err(wrong)?;
     if (map.is_none() || found.is_empty()) && !left_out.is_empty() {
         return Err(wrong(left_out.swap_remove(0).why));
-    }
-    for assumed in &model.assumes {
-        let search =
-            if study.plan.responses.is_empty() { "; `rijke search` weighs all combinations" } else { "" };
-        ui.note(format!("warning: this model stands on a choice that is not decided. {assumed}{search}"));
-    }
-    warn_of_missing(dir, &stage.id, ui);
-    if model.trained_on.is_empty() {
-        ui.note(
-            "no mode was measured at the points of this stage: its model is as earlier stages have it, modes are numbered from the lowest \
-             frequency, and nothing is known of the noise of a measurement, which both standard deviations leave out",
-        );
-    }
-    if let Some([low, high]) = model.measured_hz {
-        let hertz = |f: &Forecast| f.angular_frequency[0] / std::f64::consts::TAU;
-        let far: Vec<&Forecast> = found.iter().filter(|f| !(low..=high).contains(&hertz(f))).collect();
-        if let Some(first) = far.first() {
-            ui.note(format!(
-                "warning: {} of {} modes lie beyond the frequencies at which a law of this model was measured, {low} to {high} Hz: it is extrapolated \
-                 there; the first is at {}, {:.1} Hz",
-                far.len(),
-                found.len(),
-                first.point,
-                hertz(first)
-            ));
-        }
     }
     // Of a map the axes are said with it.
     let (held, axes) = match &map {
         Some(grid) => (&places[..1], &grid.factors[..]),
         None => (&places[..], &[][..]),
     };
-    let far = beyond(&study, &model, held, axes);
-    far.iter().for_each(|far| ui.note(format!("warning: {}", far.words())));
-    if !open.is_empty() {
-        ui.note(format!(
-            "the columns averaged_... are over this model and the {} that the evidence leaves open beside it, each as probable as its evidence makes it",
-            open.len()
-        ));
-        if let Some(said) = at_other_maxima(&model, &open) {
-            ui.note(format!("warning: {said}"));
-        }
-    }
-    let growing: Vec<&Forecast> =
-        found.iter().filter(|f| f.other.is_some_and(|[growth, _]| growth > 0.0)).collect();
-    if let Some(first) = growing.first()
-        && let Some([growth, hertz]) = first.other
-    {
-        ui.note(format!(
-            "warning: at {} of {} points a mode that was not measured grows by this model: at {} one of {hertz:.1} Hz with {growth:+.2} 1/s; \
-             probability_of_instability is of the mode of its row alone",
-            names(&mut growing.iter().map(|f| &f.point)),
-            names(&mut found.iter().map(|f| &f.point)),
-            first.point
-        ));
-    }
+    let predicted = Forecasts { study: &study, model: &model, open: &open, found: &found };
+    predicted.tell_doubts(held, axes, ui);
     if let Some(first) = left_out.first() {
-        let (n, why) = (names(&mut left_out.iter().map(|u| &u.point)), &first.why);
+        let (n, why) = (how_many(left_out.iter().map(|u| &u.point)), &first.why);
         ui.note(format!(
             "at {n} of {} points of the map a mode, or all, is left out; the first, {}: {why}",
             places.len(),
@@ -169,7 +111,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
             figure::write(path, &svg, ui)?;
         }
     }
-    let text = table(&study, &found)?;
+    let text = forecast_csv(&study, &found)?;
     match &args.out {
         Some(path) => write_output(path, text.as_bytes())?,
         None => ui.say(text.trim_end()),
@@ -186,57 +128,6 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     )
 }
 
-/// How many different points these are.
-fn names(points: &mut dyn Iterator<Item = &String>) -> usize {
-    points.collect::<std::collections::BTreeSet<_>>().len()
-}
-
 /// What the numbers of a prediction are, for a reader of its JSON.
 const NEW: &str = "standard deviation of a new measurement";
 const MODEL: &str = "standard deviation of the model alone";
-
-fn table(study: &Study, found: &[Forecast]) -> Result<String, Failure> {
-    let factors = study.campaign.factors.iter().map(|f| format!("{} [{}]", f.name, f.unit_in_print()));
-    let numbers = [
-        "growth_rate [1/s]",
-        "growth_rate_sd [1/s]",
-        "growth_rate_model_sd [1/s]",
-        "angular_frequency [rad/s]",
-        "angular_frequency_sd [rad/s]",
-        "angular_frequency_model_sd [rad/s]",
-        "probability_of_instability",
-        "other_mode_growth_rate [1/s]",
-        "other_mode_frequency [Hz]",
-    ];
-    let averaged = [
-        "averaged_growth_rate [1/s]",
-        "averaged_growth_rate_sd [1/s]",
-        "averaged_growth_rate_model_sd [1/s]",
-        "averaged_angular_frequency [rad/s]",
-        "averaged_angular_frequency_sd [rad/s]",
-        "averaged_angular_frequency_model_sd [rad/s]",
-        "averaged_probability_of_instability",
-    ];
-    let open = found.iter().any(|f| f.averaged.is_some());
-    let averaged = if open { &averaged[..] } else { &[] };
-    let several = found.iter().any(|f| !f.mode.is_empty());
-    let mode = several.then(|| "mode".to_owned());
-    let head = std::iter::once("point".to_owned())
-        .chain(mode)
-        .chain(factors)
-        .chain(numbers.map(String::from))
-        .chain(averaged.iter().map(|n| (*n).to_owned()));
-    let row = |f: &Forecast| {
-        let factors = f.factors.iter().map(|v| v.map_or(String::new(), |v| v.to_string()));
-        let numbers = f.growth_rate.iter().chain(&f.angular_frequency).map(|v| format!("{v:.6}"));
-        let mode = several.then(|| f.mode.clone());
-        let row = std::iter::once(f.point.clone()).chain(mode).chain(factors).chain(numbers);
-        let other = [0, 1].map(|k| f.other.map_or(String::new(), |o| format!("{:.6}", o[k])));
-        let over = |a: &Averaged| [&a.growth_rate[..], &a.angular_frequency, &[a.unstable]].concat();
-        let all = f.averaged.as_ref().map(over).unwrap_or_else(|| vec![f64::NAN; averaged.len()]);
-        let cell = |v: f64| if v.is_finite() { format!("{v:.6}") } else { String::new() };
-        let averaged = all.into_iter().take(averaged.len()).map(cell);
-        row.chain([format!("{:.6}", f.unstable)]).chain(other).chain(averaged).collect()
-    };
-    csv_table(std::iter::once(head.collect()).chain(found.iter().map(row)))
-}

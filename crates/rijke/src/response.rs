@@ -1,17 +1,11 @@
 //! `rijke response`: what a network answers when it is driven at given frequencies.
 
-mod answer;
-
-use crate::{
-    csv_table::csv_table,
-    failure::{Classify, Failure},
-    figure, number,
-    ui::Ui,
-};
-use answer::Driven;
-use rijke_network::file::DrivenQuantity as Quantity;
-use rijke_numerics::C64;
+use crate::{figure, number, ui::Ui};
+use rijke_network::file::{Built, DrivenQuantity as Quantity, read};
+use rijke_numerics::{C64, Classify, Failed};
 use rijke_report::{ResponseCurve, ResponseFigure};
+use rijke_rig::files::csv_table;
+use std::f64::consts::PI;
 use std::path::PathBuf;
 
 /// Drive a network at given frequencies: impedance and reflection at a port, transfer between places,
@@ -63,16 +57,22 @@ pub(crate) struct Args {
 /// More frequencies than this are a slip of the step.
 const MOST: f64 = 1e6;
 
-pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
-    let driven = Driven::read(&args.file)?;
+pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failed> {
+    let path = &args.file;
+    let text = rijke_numerics::read_text(path).or_bad_input().map_err(|failure| {
+        failure.at(path).remedy("Name a network file; fixtures/networks holds examples.")
+    })?;
+    let driven = read(&text).or_bad_input().map_err(|failure| failure.at(path))?;
     for warning in &driven.warnings {
-        ui.note(format!("warning: {}: {warning}", args.file.display()));
+        ui.note(format!("warning: {}: {warning}", path.display()));
     }
-    let frequencies = frequencies(args, driven.highest_hz)?;
-    let wanted = wanted(args);
+    let frequencies = frequencies(args, driven.region.omega[1] / (2.0 * PI))?;
     let mut columns: Vec<(String, Vec<C64>)> = Vec::new();
-    for quantity in &wanted {
-        columns.extend(driven.answer(quantity, &frequencies)?);
+    for quantity in wanted(args) {
+        columns.extend(driven.driven(&quantity, &frequencies).map_err(|error| {
+            let remedy = error.remedy();
+            Failed::bad_input(error).at(path).remedy(remedy)
+        })?);
     }
     if ui.is_json() {
         let numbers = columns.iter().map(|(name, values)| {
@@ -80,9 +80,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
             serde_json::json!({ "name": name, "re": parts(|z| z.re), "im": parts(|z| z.im) })
         });
         let all: Vec<_> = numbers.collect();
-        let document =
-            serde_json::json!({ "name": driven.title, "frequency_hz": frequencies, "responses": all });
-        ui.document(serde_json::to_string_pretty(&document).or_failed()?);
+        ui.json(&serde_json::json!({ "name": driven.name, "frequency_hz": frequencies, "responses": all }))?;
     } else if args.csv {
         let names = columns.iter().flat_map(|(name, _)| [format!("{name}_re"), format!("{name}_im")]);
         let head = std::iter::once("frequency [Hz]".to_owned()).chain(names).collect();
@@ -102,7 +100,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
             phase_deg: values.iter().map(|z| z.arg().to_degrees()).collect(),
         };
         let drawn = ResponseFigure {
-            title: driven.title.clone().unwrap_or_else(|| "Forced response".to_owned()),
+            title: driven.name.clone().unwrap_or_else(|| "Forced response".to_owned()),
             frequency_hz: frequencies,
             curves: columns.iter().map(curve).collect(),
         };
@@ -124,26 +122,27 @@ fn wanted(args: &Args) -> Vec<Quantity> {
     port.map(Quantity::Port).into_iter().chain(transfer).chain(scattering).collect()
 }
 
-fn frequencies(args: &Args, highest: f64) -> Result<Vec<f64>, Failure> {
+fn frequencies(args: &Args, highest: f64) -> Result<Vec<f64>, Failed> {
     if !args.at_hz.is_empty() {
         return Ok(args.at_hz.clone());
     }
     let (low, high) = (args.min_hz, args.max_hz.unwrap_or(highest));
     let step = args.step_hz.unwrap_or((high - low) / 100.0);
     if high <= low {
-        return Err(Failure::bad_input(format!("no frequency lies from {low} to {high} Hz"))
+        return Err(Failed::bad_input(format!("no frequency lies from {low} to {high} Hz"))
             .remedy("Give --max-hz above --min-hz."));
     }
     let count = ((high - low) / step * (1.0 + 1e-12)).floor();
     if count > MOST {
-        return Err(Failure::bad_input(format!("{count} frequencies are too many"))
-            .remedy("Give a larger --step-hz."));
+        return Err(
+            Failed::bad_input(format!("{count} frequencies are too many")).remedy("Give a larger --step-hz.")
+        );
     }
     Ok((0..=count as usize).map(|k| low + step * k as f64).collect())
 }
 
-fn table(driven: &Driven, frequencies: &[f64], columns: &[(String, Vec<C64>)], ui: &Ui) {
-    if let Some(name) = &driven.title {
+fn table(driven: &Built, frequencies: &[f64], columns: &[(String, Vec<C64>)], ui: &Ui) {
+    if let Some(name) = &driven.name {
         ui.say(name);
     }
     let mut header = vec!["frequency\nHz".to_owned()];

@@ -1,13 +1,10 @@
 //! `rijke run`: a study from its files to its page.
 
-use crate::{
-    failure::Failure,
-    flow, process, rank, report,
-    results::Trust,
-    study::{few, measured, open},
-    ui::Ui,
-};
-use rijke_numerics::Lock;
+use crate::{flow, process, rank, trust::Trust, ui::Ui};
+use rijke_engine::folder::{few, is_measured, open_study};
+use rijke_intake::flow_is_due;
+use rijke_numerics::{Failed, Lock};
+use rijke_report::draw_study;
 use rijke_study::{Study, changed_records, changed_study};
 use std::path::{Path, PathBuf};
 
@@ -28,12 +25,12 @@ pub(crate) struct Args {
     force: bool,
 }
 
-pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
+pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failed> {
     let dir = &args.dir;
-    let study = open(dir)?;
+    let study = open_study(dir)?;
     if study.plan.stages.is_empty() {
         processed(dir, args.force, ui)?;
-        return crate::study_responses::run(study, args.trust, None, args.force, ui);
+        return rank::run(&rank::Args::of(dir, args.trust, args.force), ui);
     }
     let results = dir.join("results");
     // One run at a time; each step takes its own folder besides.
@@ -45,49 +42,48 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
             true => String::new(),
             false => format!(", and {} changed since", few(&changed)),
         };
-        return Err(Failure::bad_input(format!("{}: exists already{of}", results.display()))
+        return Err(Failed::bad_input(format!("{}: exists already{of}", results.display()))
             .remedy("Move it away, or take every step again with --force."));
     }
     steps(&study, args.trust, args.force, ui).map(|_| ())
 }
 
 /// All steps again, whatever was finished before.
-pub(crate) fn from_the_start(dir: &Path, trust: Trust, ui: &Ui) -> Result<PathBuf, Failure> {
-    let study = open(dir)?;
+pub(crate) fn from_the_start(dir: &Path, trust: Trust, ui: &Ui) -> Result<PathBuf, Failed> {
+    let study = open_study(dir)?;
     let _lock = Lock::within(dir)?;
     steps(&study, trust, true, ui)
 }
 
-fn steps(study: &Study, trust: Trust, force: bool, ui: &Ui) -> Result<PathBuf, Failure> {
+fn steps(study: &Study, trust: Trust, force: bool, ui: &Ui) -> Result<PathBuf, Failed> {
     let dir = &study.folder;
     processed(dir, force, ui)?;
     let base = dir.join("base");
     // Inferred states can also be brought along.
-    if flow::is_due(study) && (force || !base.is_dir()) {
+    if flow_is_due(study) && (force || !base.is_dir()) {
         ui.note(format!("flow {}", dir.display()));
-        flow::of_study(dir, &base, force, &ui.of_a_step()).map(|_| ())?;
+        flow::of_study(dir, &base, force, &ui.of_a_step())?;
     }
     let results = dir.join("results");
     let ranked = results.join("numbers/claims.json").is_file() && changed_study(dir).is_empty();
     if force || !ranked {
-        let replace = results.is_dir();
-        rank::run(&rank::Args { dir: dir.clone(), trust, until: None, lengths: false, force: replace }, ui)?;
+        rank::run(&rank::Args::of(dir, trust, results.is_dir()), ui)?;
     }
-    let page = report::draw(dir)?;
+    let page = draw_study(dir)?;
     ui.note(format!("page: {}", page.display()));
     Ok(page)
 }
 
 /// Processes the records of a study, if there are any; what was processed before is kept without `force`.
-fn processed(dir: &Path, force: bool, ui: &Ui) -> Result<(), Failure> {
+fn processed(dir: &Path, force: bool, ui: &Ui) -> Result<(), Failed> {
     let (records, observations) = (dir.join("records"), dir.join("observations"));
     let changed = changed_records(dir);
     if !force && !changed.is_empty() {
         let (shown, changed) = (observations.display(), few(&changed));
-        return Err(Failure::bad_input(format!("{shown}: of other records: {changed} changed since"))
+        return Err(Failed::bad_input(format!("{shown}: of other records: {changed} changed since"))
             .remedy("Move it away, or take every step again with --force."));
     }
-    if !records.is_dir() || (!force && measured(&observations)) {
+    if !records.is_dir() || (!force && is_measured(&observations)) {
         return Ok(());
     }
     ui.note(format!("process {}", records.display()));

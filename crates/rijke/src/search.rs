@@ -1,15 +1,10 @@
 //! `rijke search`: every allowed combination of candidates, in one run or in shards that `rijke merge` joins.
 
-use crate::{
-    csv_table::csv_table,
-    failure::{Classify, Failure},
-    number,
-    results::Trust,
-    study::{observations, of_the_engine, open, warn_of_left_out, without_responses},
-    ui::Ui,
-};
+use crate::{number, trust::Trust, ui::Ui};
+use rijke_engine::folder::{observations, of_the_engine, open_study, warn_of_left_out, without_responses};
 use rijke_engine::run::{Search, SearchOptions, SearchPart, SearchRecord, merge_searches};
-use rijke_numerics::write_output;
+use rijke_numerics::{Classify, Failed, Tell, write_output};
+use rijke_rig::files::csv_table;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
@@ -69,9 +64,9 @@ fn shard(text: &str) -> Result<Shard, String> {
 /// Rows that are printed; the tables have all.
 const SHOWN: usize = 12;
 
-pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
+pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failed> {
     let dir = &args.dir;
-    let study = open(dir)?;
+    let study = open_study(dir)?;
     without_responses(&study, "a search")?;
     let observations = observations(&study)?;
     let wrong = |e: rijke_engine::EngineError| of_the_engine(&e, dir);
@@ -85,10 +80,10 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
         tasks: Some(out.join("tasks")),
     };
     let search = Search::new(study, &observations, options).map_err(wrong)?;
-    warn_of_left_out(ui, search.left_out());
+    warn_of_left_out(search.left_out(), ui);
     let progress = ui.progress("models", search.tasks() as u64);
     let advance = |n: usize| {
-        progress.advance(n as u64);
+        progress(n as u64);
         true
     };
     let part = search.run(&advance).map_err(wrong)?;
@@ -109,8 +104,8 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
     write(&found, &out, ui)
 }
 
-pub(crate) fn merge(args: &MergeArgs, ui: &Ui) -> Result<(), Failure> {
-    let read = |path: &PathBuf| -> Result<SearchPart, Failure> {
+pub(crate) fn merge(args: &MergeArgs, ui: &Ui) -> Result<(), Failed> {
+    let read = |path: &PathBuf| -> Result<SearchPart, Failed> {
         let remedy = "Give files that `rijke search --shard` wrote.";
         let text = rijke_numerics::read_text(path).or_bad_input().map_err(|f| f.at(path).remedy(remedy))?;
         serde_json::from_str(&text).or_bad_input().map_err(|f| f.at(path).remedy(remedy))
@@ -122,44 +117,19 @@ pub(crate) fn merge(args: &MergeArgs, ui: &Ui) -> Result<(), Failure> {
 }
 
 /// Writes and prints the result.
-fn write(found: &SearchRecord, out: &Path, ui: &Ui) -> Result<(), Failure> {
+fn write(found: &SearchRecord, out: &Path, ui: &Ui) -> Result<(), Failed> {
     let tables = out.join("tables");
-    let roles: Vec<&str> = found.choices.iter().map(|c| &*c.role).collect();
-    let best = found.best.first().map_or(0.0, |c| c.ln_evidence);
-    let head = ["rank", "ln_evidence", "behind", "probability"].into_iter().chain(roles.iter().copied());
-    let head = head.chain(found.stages.iter().map(String::as_str));
-    let mut rows = vec![head.map(str::to_owned).collect::<Vec<String>>()];
-    for (k, c) in found.best.iter().enumerate() {
-        let numbers = [c.ln_evidence, best - c.ln_evidence, c.probability];
-        let named = roles.iter().map(|role| c.candidates.get(*role).cloned().unwrap_or_default());
-        let row = std::iter::once((k + 1).to_string()).chain(numbers.map(|v| v.to_string())).chain(named);
-        rows.push(row.chain(c.stages.iter().map(f64::to_string)).collect());
-    }
-    table(&tables.join("combinations.csv"), rows)?;
-    let mut rows = vec![["role", "candidate", "probability"].map(str::to_owned).to_vec()];
-    for choice in &found.choices {
-        rows.extend(
-            choice.candidates.iter().map(|(id, p)| vec![choice.role.clone(), id.clone(), p.to_string()]),
-        );
-    }
-    table(&tables.join("choices.csv"), rows)?;
+    put(&tables.join("combinations.csv"), csv_table(found.combinations_table())?.as_bytes())?;
+    put(&tables.join("choices.csv"), csv_table(found.choices_table())?.as_bytes())?;
     keep(&out.join("search.json"), found)?;
-    print(found, &roles, ui);
+    print(found, ui);
     ui.note(format!("wrote {}", out.join("search.json").display()));
     ui.result(found)
 }
 
-fn print(found: &SearchRecord, roles: &[&str], ui: &Ui) {
-    let left: usize = found.given_up.iter().map(|g| g.combinations).sum();
-    let lost: usize = found.not_fitted.iter().map(|g| g.combinations).sum();
-    ui.say(format!(
-        "{} combinations over {}: {} trained to the end, {left} given up before, {lost} not fitted; {} of {} models trained",
-        found.combinations,
-        found.stages.join(", "),
-        found.best.len(),
-        found.models_trained,
-        found.models
-    ));
+fn print(found: &SearchRecord, ui: &Ui) {
+    let roles = found.roles();
+    found.tell_counts(ui);
     let best = found.best.first().map_or(0.0, |c| c.ln_evidence);
     let greedy = found.greedy.rank.unwrap_or(0);
     let shown = found.best.iter().enumerate().filter(|(k, _)| *k < SHOWN || k + 1 == greedy);
@@ -171,51 +141,15 @@ fn print(found: &SearchRecord, roles: &[&str], ui: &Ui) {
         [nats, odds, format!("{}{mark}", names.join(" + "))]
     });
     ui.table(["nats", "probability", "combination"], rows);
-    for remark in found.best.first().into_iter().flat_map(|c| crate::results::reasons(&c.remark)) {
-        ui.say(format!("the first: {remark}"));
-    }
-    for choice in &found.choices {
-        let shown = |(id, p): &(String, f64)| format!("{} {p:.4}", if id.is_empty() { "none" } else { id });
-        let likely = choice.candidates.iter().take(4).map(shown).collect::<Vec<_>>().join(", ");
-        ui.say(format!("{}: {likely}", choice.role));
-    }
-    let g = &found.greedy;
-    ui.say(match g.rank {
-        Some(rank) => format!(
-            "stage by stage: place {rank} of {}, probability {:.4}, {:.1} nats behind the best",
-            found.best.len(),
-            g.probability,
-            g.behind.unwrap_or_default()
-        ),
-        None => "stage by stage: the choice could not be fitted with its candidates in all stages".to_owned(),
-    });
-    if let Some(within) = found.within.filter(|_| left > 0) {
-        ui.say(format!(
-            "given up at {within} nats: at most {:.1e} of the probability, if none of it gains more by other later candidates than the most \
-             that one which was followed gained",
-            found.given_up_at_most
-        ));
-    }
-    if let Some(first) = found.not_fitted.first() {
-        let named = first.candidates.values().cloned().collect::<Vec<_>>().join(" + ");
-        ui.note(format!(
-            "warning: {lost} combinations hold a model that could not be fitted, first {named} at {}: {}",
-            first.stage,
-            first.remark.as_deref().unwrap_or_default()
-        ));
-    }
+    found.tell_rest(ui);
 }
 
-fn table(path: &Path, rows: Vec<Vec<String>>) -> Result<(), Failure> {
-    put(path, csv_table(rows).map_err(|f| f.at(path))?.as_bytes())
-}
-
-fn keep(path: &Path, what: &impl Serialize) -> Result<(), Failure> {
+fn keep(path: &Path, what: &impl Serialize) -> Result<(), Failed> {
     put(path, (serde_json::to_string_pretty(what).or_failed()? + "\n").as_bytes())
 }
 
-fn put(path: &Path, content: &[u8]) -> Result<(), Failure> {
+fn put(path: &Path, content: &[u8]) -> Result<(), Failed> {
     let folder = path.parent().unwrap_or(Path::new(""));
     std::fs::create_dir_all(folder).or_bad_input().map_err(|f| f.at(folder))?;
-    Ok(write_output(path, content)?)
+    write_output(path, content)
 }

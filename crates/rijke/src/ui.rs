@@ -1,11 +1,11 @@
 //! What the user sees while a command works. Results go to standard output, everything else to standard
 //! error.
 
-use crate::failure::{Classify, Failure};
 use comfy_table::{CellAlignment, LineStyle, Table, TableStyle};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use rijke_numerics::StagedFolder;
+use rijke_numerics::{Blame, Classify, Failed, Tell};
 use serde::Serialize;
+use serde_json::json;
 use std::{
     io::{self, Write},
     process::ExitCode,
@@ -58,7 +58,7 @@ impl Ui {
 
     /// The result of a command, which is printed with `--json` only; without it the command says the same in
     /// words. Its `notes` are what the command said on standard error until now, if it said anything.
-    pub(crate) fn result(&self, result: &impl Serialize) -> Result<(), Failure> {
+    pub(crate) fn result(&self, result: &impl Serialize) -> Result<(), Failed> {
         if !self.json {
             return Ok(());
         }
@@ -67,7 +67,12 @@ impl Ui {
         if let Some(fields) = document.as_object_mut().filter(|_| !notes.is_empty()) {
             fields.entry("notes").or_insert_with(|| notes.into());
         }
-        self.document(serde_json::to_string_pretty(&document).or_failed()?);
+        self.json(&document)
+    }
+
+    /// A result as JSON on standard output, as it is.
+    pub(crate) fn json(&self, result: &impl Serialize) -> Result<(), Failed> {
+        self.document(serde_json::to_string_pretty(result).or_failed()?);
         Ok(())
     }
 
@@ -116,18 +121,32 @@ impl Ui {
         }
     }
 
-    /// A folder that is begun; says that a run before was killed, if one was.
-    pub(crate) fn started(&self, folder: StagedFolder) -> StagedFolder {
-        if let Some(target) = folder.after_killed_run() {
-            let shown = target.display();
-            self.note(format!("{shown}: what a run before this one left unfinished beside it is removed"));
-        }
-        folder
+    /// Prints a failure and gives its exit status.
+    pub(crate) fn fail(&self, failure: &Failed) -> ExitCode {
+        let status: u8 = if failure.kind == Blame::Input { 2 } else { 1 };
+        let text = if self.json {
+            let Failed { message, causes, remedy, .. } = failure;
+            json!({ "error": message, "because": causes, "remedy": remedy, "exit_status": status })
+                .to_string()
+        } else {
+            failure.to_string()
+        };
+        let _ = writeln!(io::stderr(), "{text}");
+        ExitCode::from(status)
+    }
+}
+
+impl Tell for Ui {
+    fn say(&self, line: String) {
+        Self::say(self, line);
     }
 
-    /// A bar for work of `total` steps that may take over two seconds. Can be advanced from several threads;
-    /// vanishes when dropped.
-    pub(crate) fn progress(&self, what: &'static str, total: u64) -> Progress {
+    fn note(&self, line: String) {
+        Self::note(self, line);
+    }
+
+    /// A bar for work that may take over two seconds.
+    fn progress(&self, what: &'static str, total: u64) -> Box<dyn Fn(u64) + Sync + '_> {
         let target =
             if self.quiet || self.json { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
         let bar = ProgressBar::with_draw_target(Some(total), target).with_message(what);
@@ -138,24 +157,17 @@ impl Ui {
         }
         // A step may last for minutes: the time goes on meanwhile.
         bar.enable_steady_tick(TICK);
-        Progress(bar)
-    }
-
-    /// Prints a failure and gives its exit status.
-    pub(crate) fn fail(&self, failure: &Failure) -> ExitCode {
-        let text = if self.json { failure.json() } else { failure.to_string() };
-        let _ = writeln!(io::stderr(), "{text}");
-        failure.exit_code()
+        let bar = Progress(bar);
+        Box::new(move |steps| bar.advance(steps))
     }
 }
 
-/// A progress bar; see [`Ui::progress`].
-#[derive(Clone)]
-pub(crate) struct Progress(ProgressBar);
+/// A progress bar, which vanishes when it is dropped.
+struct Progress(ProgressBar);
 
 impl Progress {
     /// `steps` more are done.
-    pub(crate) fn advance(&self, steps: u64) {
+    fn advance(&self, steps: u64) {
         self.0.inc(steps);
     }
 }

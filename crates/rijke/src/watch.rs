@@ -1,22 +1,18 @@
 //! `rijke watch`: beside the acquisition. Every step of a study again and again, as far as records are there.
 
-mod page;
 mod server;
 mod training;
 
-use crate::{
-    failure::{Classify, Failure},
-    number, process,
-    results::Trust,
-    run,
-    study::{observations, open, without_responses},
-    ui::Ui,
-};
-use page::{Part, Status};
+use crate::{number, run, trust::Trust, ui::Ui};
+use rijke_engine::folder::{observations, open_study, without_responses};
 use rijke_engine::run::{Leading, Sequence, Trusted};
-use rijke_numerics::{Lock, keep_others};
+use rijke_intake::{Intake, ObserveOptions, Out, described};
+use rijke_numerics::words::{counted, with_sd};
+use rijke_numerics::{Classify, Failed, Lock, keep_others};
+use rijke_report::{LivePage, LivePart, plot_svg};
 use rijke_rig::{Arrivals, Arrived, Observations, RecordFolder, RecordSource};
 use rijke_signal::{Kept, Processed};
+use rijke_study::Study;
 use serde_json::json;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -67,18 +63,18 @@ struct Watch<'a> {
     sequences: Vec<Sequence>,
     /// Whether something was observed that no training counts.
     untrained: bool,
-    status: Status,
+    status: LivePage,
 }
 
-pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
+pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failed> {
     let dir = &args.dir;
-    let study = open(dir)?;
+    let study = open_study(dir)?;
     without_responses(&study, "a watch")?;
     let live = dir.join("live");
     // One watch at a time; what it calls takes locks of its own.
     let _lock = Lock::take(&live)?;
     fs::create_dir_all(&live).or_bad_input().map_err(|f| f.at(&live))?;
-    let described = crate::process::described(&dir.join("records"), Some(&study))?;
+    let described = described(&dir.join("records"), Some(&study))?;
     let mut arrivals = Arrivals::new(&dir.join("records"), described);
     let mut watch = Watch {
         args,
@@ -88,7 +84,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
         leading: Leading::default(),
         sequences: Vec::new(),
         untrained: false,
-        status: Status::default(),
+        status: LivePage::default(),
         live,
     };
     watch.status.write(&watch.live)?;
@@ -165,21 +161,20 @@ impl Watch<'_> {
     }
 
     /// Processes what is there, and moves the leading models by it.
-    fn update(&mut self, look: &Arrived) -> Result<(), Failure> {
+    fn update(&mut self, look: &Arrived) -> Result<(), Failed> {
         look.changed.iter().for_each(|file| self.kept.forget(file));
         (self.status.whole, self.status.awaited) = (look.whole, look.awaited);
         let Some(records) = look.records.clone() else { return self.status.write(&self.live) };
         // Candidates and plan may be written while one measures.
-        let study = open(&self.args.dir)?;
-        let out = self.args.dir.join("observations");
+        let study = open_study(&self.args.dir)?;
         let point = |name: &String| Some((name.clone(), point_of(&records, name)?));
         let last = look.changed.iter().rev().find_map(point);
-        match process::so_far(records, study, &out, &self.kept, last.as_ref().map(|(name, _)| name.as_str()))
-        {
+        let shown = last.as_ref().map(|(name, _)| name.as_str());
+        match self.process(records, study, shown) {
             Ok((processed, figure)) => {
                 self.tell(&processed, last.as_ref());
                 if let Some(svg) = figure {
-                    self.status.draw(&self.live, Part::Last, &svg)?;
+                    self.status.draw(&self.live, LivePart::Last, &svg)?;
                 }
                 self.untrained = true;
                 self.follow();
@@ -190,6 +185,21 @@ impl Watch<'_> {
         self.status.write(&self.live)?;
         self.ui.note(self.status.line(&look.changed));
         Ok(())
+    }
+
+    /// Processes the records that are there, with a figure of the one called `shown`.
+    fn process(
+        &self,
+        records: RecordFolder,
+        study: Study,
+        shown: Option<&str>,
+    ) -> Result<(Processed, Option<String>), Failed> {
+        let intake = Intake::of(records, Some(study))?;
+        let folder = &self.args.dir.join("observations");
+        let out = Out { folder, force: true, beside: &|_, _| Ok(()) };
+        let processed = intake.observe(&ObserveOptions::default(), Some(&self.kept), &out, &())?;
+        let figure = shown.map(|name| intake.plot_of(&processed, name)).transpose()?.flatten();
+        Ok((processed, figure.as_ref().map(plot_svg)))
     }
 
     /// What was processed, in words.
@@ -208,10 +218,10 @@ impl Watch<'_> {
     /// Moves the leading models by what was observed since they were trained.
     fn follow(&mut self) {
         let read = || {
-            let study = open(&self.args.dir)?;
+            let study = open_study(&self.args.dir)?;
             let observations = observations(&study)?;
             let with = |s: &Sequence| s.with(&study, &observations).or_failed();
-            self.sequences.iter().map(with).collect::<Result<Vec<_>, Failure>>()
+            self.sequences.iter().map(with).collect::<Result<Vec<_>, Failed>>()
         };
         match read() {
             Ok(stages) => self.status.stages = stages,
@@ -221,23 +231,20 @@ impl Watch<'_> {
     }
 
     /// Begins a training of what is there.
-    fn train(&mut self, leading: Leading, trusted: Trusted, states: bool) -> Result<(), Failure> {
+    fn train(&mut self, leading: Leading, trusted: Trusted, states: bool) -> Result<(), Failed> {
         self.untrained = false;
         self.trainer.begin(Job { leading, trusted, states, files: self.status.whole })
     }
 
     /// Takes over what was trained.
-    fn collect(&mut self) -> Result<(), Failure> {
+    fn collect(&mut self) -> Result<(), Failed> {
         match self.trainer.found() {
             None => return Ok(()),
             Some(Ok(Some(outcome))) => {
                 let which = if outcome.job.is_of_all() { "all models" } else { "the leading models" };
                 let (stages, files) = (outcome.stages, outcome.job.files);
-                self.status.said = format!(
-                    "{which} of {} trained on {}",
-                    number::counted(stages, "stage"),
-                    number::counted(files, "file")
-                );
+                self.status.said =
+                    format!("{which} of {} trained on {}", counted(stages, "stage"), counted(files, "file"));
                 outcome.notes.iter().for_each(|said| self.ui.note(said.clone()));
                 if let Some(settling) = outcome.settling {
                     settling.iter().for_each(|said| self.ui.note(said.clone()));
@@ -246,12 +253,12 @@ impl Watch<'_> {
                 match outcome.next {
                     Ok((found, svg)) => {
                         self.status.suggest(&found);
-                        self.status.draw(&self.live, Part::Next, &svg)?;
+                        self.status.draw(&self.live, LivePart::Next, &svg)?;
                     }
                     Err(why) => self.status.next = vec![why],
                 }
                 (self.leading, self.sequences) = (outcome.leading, outcome.sequences);
-                self.status.renewed(Part::Study);
+                self.status.renewed(LivePart::Study);
                 self.follow();
             }
             Some(Ok(None)) => self.status.said = "no stage has observed points yet".to_owned(),
@@ -263,7 +270,7 @@ impl Watch<'_> {
     }
 
     /// Everything from the start, as one run does it.
-    fn finish(&mut self) -> Result<(), Failure> {
+    fn finish(&mut self) -> Result<(), Failed> {
         self.trainer.end();
         self.status.said = "all files are there: training all models".to_owned();
         self.status.write(&self.live)?;
@@ -300,12 +307,11 @@ fn of_a_point(observations: &Observations, id: &str) -> Option<String> {
     let point = observations.points.iter().find(|p| p.point.id == id)?;
     let counts = format!(
         "{id} has {} and {}",
-        number::counted(point.ping_count as usize, "ping"),
-        number::counted(point.click_count as usize, "click")
+        counted(point.ping_count as usize, "ping"),
+        counted(point.click_count as usize, "click")
     );
     let Some(ping) = &point.ping else { return Some(counts) };
     let sd = |k: usize| ping.covariance[(k, k)].sqrt();
-    let [growth, frequency] =
-        [(ping.s.re, sd(0)), (ping.s.im, sd(1))].map(|(value, sd)| number::with_sd(value, sd));
+    let [growth, frequency] = [(ping.s.re, sd(0)), (ping.s.im, sd(1))].map(|(value, sd)| with_sd(value, sd));
     Some(format!("{counts}; growth rate {growth} 1/s, angular frequency {frequency} rad/s"))
 }

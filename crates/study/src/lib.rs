@@ -43,4 +43,4 @@ pub use made_of::{MadeOf, changed_records, changed_study};
 pub use modes::{ObservedMode, ObservedModes, hertz};
 pub use one_table::OneTable;
 pub use rig::{Duct, DuctAt, GasModel, Instruments, PIECES, Part, PartAt, Rig, RigAtPoint, Shape, Value};
-pub use states::{ErrorRecord, StateRecord, StatesFile, read_states};
+pub use states::read_states;

@@ -4,55 +4,16 @@ use crate::base::{BaseError, Cause, PointState};
 use crate::rig::Rig;
 use crate::source::{Source, listed};
 use crate::{StudyError, StudyProblem};
-use serde::{Deserialize, Serialize};
+use rijke_rig::{ErrorRecord, StateRecord};
+use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::Path;
-
-/// The file.
-#[derive(Clone, Debug, Default, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct StatesFile {
-    /// Name of the operating point, and its state.
-    pub points: BTreeMap<String, StateRecord>,
-}
 
 /// The file before its points are read, so that faults can name them.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Whole {
     points: BTreeMap<String, serde_json::Value>,
-}
-
-/// One state.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct StateRecord {
-    /// kg/s.
-    pub mass_flow: f64,
-    /// Numbers for laws, by name, SI.
-    pub numbers: BTreeMap<String, f64>,
-    /// m.
-    pub places: Vec<f64>,
-    /// K.
-    pub temperature: Vec<f64>,
-    /// Zones in which the temperature changes fast, m.
-    pub kinks: Vec<[f64; 2]>,
-    /// Changes per standard deviation of each cause.
-    pub errors: Vec<ErrorRecord>,
-}
-
-/// One standard deviation of one cause.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct ErrorRecord {
-    /// Its name: states that have the same share it.
-    pub cause: String,
-    /// kg/s.
-    pub mass_flow: f64,
-    /// By name, SI.
-    pub numbers: BTreeMap<String, f64>,
-    /// K.
-    pub temperature: Vec<f64>,
 }
 
 /// Reads the states of operating points.
@@ -73,18 +34,18 @@ pub fn read_states(path: &Path, rig: &Rig) -> Result<BTreeMap<String, PointState
             )
         };
         let record = StateRecord::deserialize(record).map_err(|e| fail(StudyProblem::Toml(e.to_string())))?;
-        let state = record.state(&id, rig).map_err(fail)?;
+        let state = PointState::of(record, &id, rig).map_err(fail)?;
         states.insert(id, state);
     }
     Ok(states)
 }
 
-impl StateRecord {
-    /// The state of the operating point called `id`.
+impl PointState {
+    /// The state of the operating point called `id`, as a file has it.
     ///
     /// # Errors
     /// A number that the rig does not declare, or a state that cannot be.
-    pub fn state(self, id: &str, rig: &Rig) -> Result<PointState, StudyProblem> {
+    pub fn of(record: StateRecord, id: &str, rig: &Rig) -> Result<Self, StudyProblem> {
         let place = |name: &String| {
             let of = |p: &&usize| rig.scope.names()[**p].name == *name;
             rig.brought.iter().find(of).copied().ok_or_else(|| {
@@ -96,24 +57,24 @@ impl StateRecord {
                 }
             })
         };
-        let names: Vec<&String> = self.numbers.keys().collect();
-        let places = self.numbers.keys().map(place).collect::<Result<Vec<_>, _>>()?;
+        let names: Vec<&String> = record.numbers.keys().collect();
+        let places = record.numbers.keys().map(place).collect::<Result<Vec<_>, _>>()?;
         let error = |e: &ErrorRecord| BaseError {
             cause: Cause::Inferred(e.cause.clone()),
             mass_flow: e.mass_flow,
             numbers: names.iter().map(|n| e.numbers.get(*n).copied().unwrap_or(0.0)).collect(),
             temperature: e.temperature.clone(),
         };
-        let state = PointState {
+        let state = Self {
             gas: rig.gas.clone(),
             other_gases: Vec::new(),
             pressure: rig.pressure,
-            mass_flow: self.mass_flow,
-            numbers: places.into_iter().zip(self.numbers.values().copied()).collect(),
-            errors: self.errors.iter().map(error).collect(),
-            places: self.places,
-            temperature: self.temperature,
-            kinks: self.kinks,
+            mass_flow: record.mass_flow,
+            numbers: places.into_iter().zip(record.numbers.values().copied()).collect(),
+            errors: record.errors.iter().map(error).collect(),
+            places: record.places,
+            temperature: record.temperature,
+            kinks: record.kinks,
             moved: Vec::new(),
         };
         state.checked(id)

@@ -2,11 +2,12 @@
 
 use super::{
     binary,
-    folder::{copy, files, linked},
+    folder::{copy, linked},
     seeds::Seed,
     stream::Stream,
     text,
 };
+use crate::workspace::files;
 use std::{
     fs, io,
     path::{Path, PathBuf},
@@ -36,8 +37,7 @@ pub(super) fn make<'a>(
     let command = stream.pick(&from.commands).map_or("", String::as_str);
     let _ = fs::remove_dir_all(folder);
     copy(&from.folder, folder).map_err(told)?;
-    let mut all = Vec::new();
-    files(folder, Path::new(""), &mut all).map_err(told)?;
+    let mut all = files(folder).map_err(told)?;
     all.retain(|f| from.changed.is_empty() || from.changed.iter().any(|c| f.starts_with(c)));
     let times = [1, 1, 1, 1, 1, 1, 2, 2, 3, 4][stream.below(10)];
     let mut done = Vec::new();
@@ -81,15 +81,13 @@ fn gone(path: &Path, name: &Path, stream: &mut Stream) -> io::Result<String> {
 #[cfg(test)]
 mod tests {
     use super::make;
-    use crate::mangle::folder::files;
     use crate::mangle::seeds::Seed;
+    use crate::workspace::files;
     use std::{fs, path::Path, path::PathBuf};
 
     /// Every file of a folder, and what it holds.
     fn content(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
-        let mut all = Vec::new();
-        files(folder, Path::new(""), &mut all).unwrap();
-        all.into_iter().map(|f| (f.clone(), fs::read(folder.join(f)).unwrap())).collect()
+        files(folder).unwrap().into_iter().map(|f| (f.clone(), fs::read(folder.join(f)).unwrap())).collect()
     }
 
     #[test]

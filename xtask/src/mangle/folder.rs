@@ -1,9 +1,6 @@
 //! Folders: what they hold, and copies of them.
 
-use std::{
-    fs, io,
-    path::{Path, PathBuf},
-};
+use std::{fs, io, path::Path};
 
 /// Files that the program reads and never writes: linked, not copied.
 pub(super) fn linked(path: &Path) -> bool {
@@ -22,19 +19,5 @@ pub(super) fn copy(from: &Path, to: &Path) -> io::Result<()> {
             fs::copy(&path, &target)?;
         }
     }
-    Ok(())
-}
-
-/// The files below a folder, relative to it, sorted.
-pub(super) fn files(folder: &Path, below: &Path, found: &mut Vec<PathBuf>) -> io::Result<()> {
-    for entry in fs::read_dir(folder.join(below))? {
-        let name = below.join(entry?.file_name());
-        if folder.join(&name).is_dir() {
-            files(folder, &name, found)?;
-        } else {
-            found.push(name);
-        }
-    }
-    found.sort();
     Ok(())
 }

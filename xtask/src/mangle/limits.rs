@@ -1,5 +1,7 @@
 //! The program under test, bounded in time and memory.
 
+use crate::child::{peak_memory_mib, processor};
+use crate::workspace::at;
 use std::{
     fs::{self, File},
     path::Path,
@@ -71,8 +73,7 @@ pub(super) struct Run {
 /// first. What it prints goes into files beside the folder: `FOLDER.out` and `FOLDER.err`.
 pub(super) fn run(program: &Path, words: &[&str], folder: &Path, limits: &Limits) -> Result<Run, String> {
     let beside = |ending: &str| folder.with_extension(ending);
-    let file =
-        |ending: &str| File::create(beside(ending)).map_err(|e| format!("{}: {e}", beside(ending).display()));
+    let file = |ending: &str| File::create(beside(ending)).map_err(at(&beside(ending)));
     let script =
         format!("ulimit -v {KIB}; ulimit -t {:.0}; ulimit -c 0; exec \"$0\" \"$@\"", 4.0 * limits.processor);
     let mut command = Command::new("/bin/sh");
@@ -86,8 +87,8 @@ pub(super) fn run(program: &Path, words: &[&str], folder: &Path, limits: &Limits
         if let Some(status) = child.try_wait().map_err(cannot)? {
             break status;
         }
-        mib = mib.max(resident(child.id()));
-        seconds = processor(child.id()).max(seconds);
+        mib = mib.max(peak_memory_mib(child.id()).unwrap_or(0));
+        seconds = processor(&child.id().to_string(), 11).max(seconds);
         let clock = started.elapsed().as_secs_f64();
         if (seconds > limits.processor || clock > limits.clock) && !over {
             over = true;
@@ -99,21 +100,6 @@ pub(super) fn run(program: &Path, words: &[&str], folder: &Path, limits: &Limits
     let error =
         String::from_utf8_lossy(bytes.get(..bytes.len().min(100_000)).unwrap_or_default()).into_owned();
     Ok(Run { end: if over { End::Time } else { judged(status, &error) }, seconds, mib, error })
-}
-
-/// Largest resident memory of a process so far, MiB (proc(5), `VmHWM`); 0 where it cannot be read.
-fn resident(process: u32) -> u64 {
-    let text = fs::read_to_string(format!("/proc/{process}/status")).unwrap_or_default();
-    let line = text.lines().find_map(|line| line.strip_prefix("VmHWM:")).unwrap_or_default();
-    line.split_whitespace().next().and_then(|k| k.parse::<u64>().ok()).unwrap_or(0) / 1024
-}
-
-/// Seconds of processor that a process has used, as Linux counts them: hundredths (proc(5), `utime` and
-/// `stime`); 0 where they cannot be read.
-fn processor(process: u32) -> f64 {
-    let stat = fs::read_to_string(format!("/proc/{process}/stat")).unwrap_or_default();
-    let numbers = stat.rsplit(')').next().unwrap_or_default().split_whitespace().skip(11).take(2);
-    numbers.filter_map(|n| n.parse::<f64>().ok()).sum::<f64>() / 100.0
 }
 
 fn judged(status: ExitStatus, error: &str) -> End {

@@ -12,10 +12,7 @@ mod seeds;
 mod stream;
 mod text;
 
-use crate::{
-    reproduce,
-    workspace::{Outcome, cargo, root, succeed},
-};
+use crate::workspace::{Outcome, at, built, root};
 use journal::Journal;
 use limits::LIMITS;
 use seeds::Seed;
@@ -69,11 +66,8 @@ struct Task<'a> {
 /// Makes the seeds, runs the cases on all cores, and prints the table.
 pub(crate) fn run(options: &Options) -> Outcome {
     let program = match &options.program {
-        Some(file) => fs::canonicalize(file).map_err(|e| format!("{}: {e}", file.display()))?,
-        None => {
-            succeed(cargo().args(["build", "--release", "--workspace", "--bin", "rijke"]))?;
-            reproduce::program()
-        }
+        Some(file) => fs::canonicalize(file).map_err(at(&file))?,
+        None => built()?,
     };
     let place = std::env::temp_dir().join(format!("rijke-mangle-{}", std::process::id()));
     let outcome = all(options, program, &place);
@@ -88,7 +82,7 @@ fn all(options: &Options, program: PathBuf, place: &Path) -> Outcome {
     let kinds: Vec<Vec<&Seed>> =
         names.iter().map(|k| made.iter().filter(|s| s.kind == *k).collect()).collect();
     println!("{} seeds of {} kinds: {}", made.len(), kinds.len(), names.join(", "));
-    let bytes = fs::read(&program).map_err(|e| format!("{}: {e}", program.display()))?;
+    let bytes = fs::read(&program).map_err(at(&program))?;
     let hash: String = Sha256::digest(bytes).iter().take(4).map(|b| format!("{b:02x}")).collect();
     let keep = root().join(&options.keep);
     let journal = Journal::open(&keep, &format!("seed {}, program {hash}", options.seed))?;

@@ -9,68 +9,22 @@ use super::{
 use std::ops::Range;
 
 /// Numbers that a reader must refuse, or compute with.
-const NUMBERS: [&str; 30] = [
-    "0",
-    "-0.0",
-    "-1",
-    "1",
-    "2",
-    "1e308",
-    "-1e308",
-    "1e-308",
-    "-1e-308",
-    "5e-324",
-    "1e400",
-    "nan",
-    "NaN",
-    "inf",
-    "-inf",
-    "1e9",
-    "-1e9",
-    "1e-9",
-    "1e17",
-    "99999999999999999999",
-    "9223372036854775807",
-    "4294967296",
-    "0x10",
-    "1_000",
-    "0.5.5",
-    "\"\"",
-    "true",
-    "[]",
-    "{}",
-    "[[1e308, nan], [0]]",
-];
+const NUMBERS: &str = "0|-0.0|-1|1|2|1e308|-1e308|1e-308|-1e-308|5e-324|1e400|nan|NaN|inf|-inf|1e9|-1e9|1e-9|\
+    1e17|99999999999999999999|9223372036854775807|4294967296|0x10|1_000|0.5.5|\"\"|true|[]|\
+    {}|[[1e308, nan], [0]]";
 
 /// Units, each in place of another.
-const UNITS: [&str; 24] = [
-    "1", "m", "mm", "m^2", "s", "ms", "Hz", "kHz", "rpm", "rad/s", "1/s", "K", "degC", "degF", "Pa", "kPa",
-    "bar", "W", "kW", "L/min", "%", "deg", "V", "furlong",
-];
+const UNITS: &str = "1|m|mm|m^2|s|ms|Hz|kHz|rpm|rad/s|1/s|K|degC|degF|Pa|kPa|bar|W|kW|L/min|%|deg|V|furlong";
 
 /// Names of files, ids and words of the language, which stand for what they are not.
-const WORDS: [&str; 20] = [
-    "",
-    " ",
-    "..",
-    "/",
-    "/dev/zero",
-    "/dev/full",
-    ".",
-    "a/b",
-    "nul\\u0000",
-    "\u{1F525}",
-    "open",
-    "closed",
-    "duct",
-    "x_g",
-    "s",
-    "1/0",
-    "exp(exp(exp(s)))",
-    "s^s^s^s",
-    "0/0",
-    "$nothing",
-];
+const WORDS: &str = "| |..|/|/dev/zero|/dev/full|.|a/b|nul\\u0000|\u{1F525}|open|closed|duct|x_g|s|1/0|\
+    exp(exp(exp(s)))|s^s^s^s|0/0|$nothing";
+
+/// One of several words with a bar between.
+fn one(words: &'static str, stream: &mut Stream) -> &'static str {
+    let all: Vec<&str> = words.split('|').collect();
+    all[stream.below(all.len())]
+}
 
 /// Changes `bytes` at one place, as text if they are text.
 pub(super) fn change(bytes: &[u8], stream: &mut Stream) -> Changed {
@@ -128,7 +82,7 @@ fn number(text: &str, stream: &mut Stream) -> Option<Changed> {
         2 => format!("{old}e{}", stream.below(700) as i64 - 350),
         3 => format!("{:e}", old.parse::<f64>().ok()? * [1e3, 1e-3, 1e6, 1e-6, 0.99, 1.01][stream.below(6)]),
         4 => String::new(),
-        _ => NUMBERS[stream.below(NUMBERS.len())].to_owned(),
+        _ => one(NUMBERS, stream).to_owned(),
     };
     replaced(text, at, &new)
 }
@@ -162,7 +116,7 @@ fn unit(text: &str, stream: &mut Stream) -> Option<Changed> {
         }
     }
     let at = stream.pick(&all)?.clone();
-    replaced(text, at, UNITS[stream.below(UNITS.len())])
+    replaced(text, at, one(UNITS, stream))
 }
 
 /// Another word in quotes: one of the file, a strange one, or a long one.
@@ -172,7 +126,7 @@ fn word(text: &str, stream: &mut Stream) -> Option<Changed> {
     let new = match stream.below(4) {
         0 => text.get(other)?.to_owned(),
         1 => "long".repeat([30, 70, 1000, 100_000][stream.below(4)]),
-        _ => WORDS[stream.below(WORDS.len())].to_owned(),
+        _ => one(WORDS, stream).to_owned(),
     };
     replaced(text, at, &new)
 }

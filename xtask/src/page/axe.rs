@@ -1,6 +1,7 @@
 //! axe-core, which looks for barriers to readers with disabilities: one version of it, from the registry that
 //! npm is set up with.
 
+use crate::workspace::write;
 use std::{fs, path::Path, process::Command};
 
 /// The version that is looked with.
@@ -46,6 +47,6 @@ pub(super) fn put_into(scratch: &Path) -> Result<bool, String> {
     if !(unpacked.is_ok_and(|status| status.success()) && file.is_file()) {
         return Err(format!("{name} cannot be unpacked by tar in {}", scratch.display()));
     }
-    fs::write(&known, VERSION).map_err(|e| format!("{}: {e}", known.display()))?;
+    write(&known, VERSION)?;
     Ok(true)
 }

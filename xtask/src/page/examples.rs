@@ -1,7 +1,6 @@
 //! The pages of the examples of the repository, each made anew.
 
-use crate::python::program;
-use crate::workspace::{root, succeed};
+use crate::workspace::{built, entries, root, succeed};
 use std::{
     fs,
     path::{Path, PathBuf},
@@ -26,13 +25,11 @@ const MEASURED: &str = "RIJKE_MEASURED";
 /// Names and pages of all examples: of those that were measured only where the data are at hand.
 pub(super) fn pages(scratch: &Path) -> Result<Vec<(String, PathBuf)>, String> {
     let folder = root().join("examples");
-    let entries = fs::read_dir(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
-    let mut names: Vec<String> =
-        entries.flatten().map(|e| e.file_name().to_string_lossy().into_owned()).collect();
-    names.sort();
+    let name = |path: PathBuf| path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let names = entries(&folder)?.into_iter().map(name);
     let at_hand = std::env::var_os(MEASURED).is_some();
     let mut pages = Vec::new();
-    for name in names.into_iter().filter(|name| name != PAPER) {
+    for name in names.filter(|name| name != PAPER) {
         let example = folder.join(&name);
         let readme = fs::read_to_string(example.join("README.md")).unwrap_or_default();
         if readme.contains(MEASURED) && !at_hand {
@@ -50,23 +47,16 @@ fn made(name: &str, example: &Path, folder: &Path) -> Result<PathBuf, String> {
     // Of an earlier run.
     let _ = fs::remove_dir_all(folder);
     if name == NETWORKS {
-        let mut infer = Command::new(program()?);
+        let mut infer = Command::new(built()?);
         infer.arg("infer").current_dir(example);
-        infer.args([
-            "n-tau.toml",
-            "n-tau-filter.toml",
-            "second-order.toml",
-            "--data",
-            "modes.csv",
-            "--study",
-        ]);
+        infer.args("n-tau.toml n-tau-filter.toml second-order.toml --data modes.csv --study".split(' '));
         succeed(infer.arg(folder))?;
     } else {
         succeed(Command::new("cp").arg("-r").arg(example).arg(folder))?;
     }
-    let mut run = Command::new(program()?);
+    let mut run = Command::new(built()?);
     if name == SLOW {
-        let mut rank = Command::new(program()?);
+        let mut rank = Command::new(built()?);
         succeed(rank.args(["rank", "--force", "--one-start", "--until", "perfect-head"]).arg(folder))?;
         return Ok(folder.join("results/index.html"));
     }

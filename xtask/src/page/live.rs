@@ -2,12 +2,12 @@
 //! asked, and no script may fail.
 
 use super::browser::{between, command, told};
-use crate::python::program;
+use crate::child::Ending;
 use crate::reproduce::copy_study;
-use crate::workspace::succeed;
+use crate::workspace::{at, built, succeed, write};
 use serde_json::Value;
 use std::io::{BufRead, BufReader};
-use std::process::{Child, Command, Stdio};
+use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 use std::{fs, path::Path, thread};
 
@@ -19,28 +19,18 @@ const LATE: &str = "C3-50/ping-01.wav";
 /// How long the watch may take to train for the first time.
 const PATIENCE: Duration = Duration::from_secs(300);
 
-/// A watch that ends with this task.
-struct Watching(Child);
-
-impl Drop for Watching {
-    fn drop(&mut self) {
-        // It may have ended by itself.
-        let _ = self.0.kill().and_then(|()| self.0.wait());
-    }
-}
-
 /// What is wrong with it, if anything.
 pub(super) fn faults(browser: &str, scratch: &Path) -> Result<Vec<String>, String> {
     let study = scratch.join("watched");
     // Of an earlier run.
     let _ = fs::remove_dir_all(&study);
-    fs::create_dir_all(&study).map_err(|e| format!("{}: {e}", study.display()))?;
+    fs::create_dir_all(&study).map_err(at(&study))?;
     copy_study(&study)?;
     let records = study.join("records");
     let words = ["lab", "--row", "C3", "--repeats", "2", "--quiet", "--out"];
-    succeed(Command::new(program()?).args(words).arg(&records))?;
+    succeed(Command::new(built()?).args(words).arg(&records))?;
     let (late, held) = (records.join(LATE), study.join("held.wav"));
-    let moved = |from: &Path, to: &Path| fs::rename(from, to).map_err(|e| format!("{}: {e}", from.display()));
+    let moved = |from: &Path, to: &Path| fs::rename(from, to).map_err(at(from));
     moved(&late, &held)?;
     let (_watching, address) = watch(&study)?;
     let status = || -> Value {
@@ -58,8 +48,7 @@ pub(super) fn faults(browser: &str, scratch: &Path) -> Result<Vec<String>, Strin
     }
     // Of the same origin as the page, so that it may look into it.
     let harness = study.join("live/harness.html");
-    fs::write(&harness, HARNESS.replace("@LATE@", LATE))
-        .map_err(|e| format!("{}: {e}", harness.display()))?;
+    write(&harness, HARNESS.replace("@LATE@", LATE))?;
     let mut opened = command(browser, scratch);
     // Time passes as the page asks for it, and stands still while it waits for the server: minutes of it are
     // seconds here.
@@ -79,11 +68,11 @@ pub(super) fn faults(browser: &str, scratch: &Path) -> Result<Vec<String>, Strin
 }
 
 /// Starts it; the address of its page.
-fn watch(study: &Path) -> Result<(Watching, String), String> {
-    let mut command = Command::new(program()?);
+fn watch(study: &Path) -> Result<(Ending, String), String> {
+    let mut command = Command::new(built()?);
     command.arg("watch").arg(study).args(["--serve", "0", "--one-start", "--calm", "100000"]);
     let child = command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn();
-    let mut watching = Watching(child.map_err(|e| format!("cannot start `rijke watch`: {e}"))?);
+    let mut watching = Ending(child.map_err(|e| format!("cannot start `rijke watch`: {e}"))?);
     let said = watching.0.stderr.take().ok_or("`rijke watch` says nothing")?;
     let mut lines = BufReader::new(said).lines().map_while(Result::ok);
     let address = lines.find_map(|line| line.strip_prefix("page: ").map(str::to_owned));

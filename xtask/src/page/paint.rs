@@ -1,10 +1,11 @@
 //! When the page first shows something to a reader who opens it.
 
 use super::browser::{between, command};
+use crate::workspace::write;
 use serde_json::Value;
 use std::io::{Read, Write};
 use std::net::{Ipv4Addr, TcpListener};
-use std::{fs, path::Path, thread, time::Duration};
+use std::{path::Path, thread, time::Duration};
 
 const HARNESS: &str = include_str!("paint.html");
 
@@ -17,7 +18,7 @@ pub(super) fn first(browser: &str, scratch: &Path, page: &Path) -> Result<f64, S
     let harness = scratch.join("paint.html");
     let address = held().map_err(|e| format!("no port on the loopback address: {e}"))?;
     let text = HARNESS.replace("@PAGE@", &format!("file://{}", page.display())).replace("@HELD@", &address);
-    fs::write(&harness, text).map_err(|e| format!("{}: {e}", harness.display()))?;
+    write(&harness, text)?;
     let mut command = command(browser, scratch);
     command.args(["--allow-file-access-from-files", "--disable-background-networking", "--dump-dom"]);
     let output = command.arg(&harness).output().map_err(|e| format!("cannot start {browser}: {e}"))?;

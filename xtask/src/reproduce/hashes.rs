@@ -1,30 +1,27 @@
 //! SHA-256 of texts, files and folders.
 
+use crate::workspace::{at, files};
 use sha2::{Digest, Sha256};
-use std::{collections::BTreeMap, fs, path::Path};
+use std::path::{Path, PathBuf};
+use std::{collections::BTreeMap, fs};
 
 pub(super) fn text(text: &str) -> String {
     hex(text.as_bytes())
 }
 
 pub(super) fn file(path: &Path) -> Result<String, String> {
-    fs::read(path).map(|bytes| hex(&bytes)).map_err(|e| format!("{}: {e}", path.display()))
+    fs::read(path).map(|bytes| hex(&bytes)).map_err(at(path))
 }
 
 /// The hash of every file under a folder whose name does not start with a dot, by path from the root.
 pub(super) fn folder(root: &Path, folder: &Path) -> Result<BTreeMap<String, String>, String> {
-    let mut found = BTreeMap::new();
-    let said = |e: std::io::Error| format!("{}: {e}", folder.display());
-    for entry in fs::read_dir(folder).map_err(said)? {
-        let path = entry.map_err(said)?.path();
-        if path.is_dir() {
-            found.extend(self::folder(root, &path)?);
-        } else if !path.file_name().is_some_and(|n| n.to_string_lossy().starts_with('.')) {
-            let name = path.strip_prefix(root).unwrap_or(&path).to_string_lossy().replace('\\', "/");
-            found.insert(name, file(&path)?);
-        }
-    }
-    Ok(found)
+    let shown = |f: &PathBuf| !f.file_name().is_some_and(|n| n.to_string_lossy().starts_with('.'));
+    let hash = |f: PathBuf| {
+        let path = folder.join(f);
+        let name = path.strip_prefix(root).unwrap_or(&path).to_string_lossy().replace('\\', "/");
+        Ok((name, file(&path)?))
+    };
+    files(folder).map_err(at(folder))?.into_iter().filter(shown).map(hash).collect()
 }
 
 fn hex(bytes: &[u8]) -> String {

@@ -7,7 +7,7 @@ mod reference;
 mod stages;
 
 use crate::child;
-use crate::workspace::{Outcome, cargo, root, succeed};
+use crate::workspace::{Outcome, at, built, program, root, write};
 use items::STUDY;
 pub(crate) use options::Options;
 use options::WORK;
@@ -15,7 +15,7 @@ use serde_json::{Value, json};
 use stages::{Done, Made, Stage};
 use std::{
     fs::{self, File, TryLockError},
-    path::{Path, PathBuf},
+    path::Path,
     process::{Child, Command, Stdio},
     time::Instant,
 };
@@ -25,7 +25,7 @@ pub(crate) fn run(options: &Options) -> Outcome {
     let _lock = lock(&base.join(WORK))?;
     let start = Instant::now();
     println!("[build] cargo build --release --workspace --bin rijke");
-    succeed(cargo().args(["build", "--release", "--workspace", "--bin", "rijke"]))?;
+    built()?;
     println!("[build] done in {:.1} s", start.elapsed().as_secs_f64());
 
     let program = program();
@@ -62,7 +62,7 @@ pub(crate) fn run(options: &Options) -> Outcome {
     let results = base.join(options.study()).join("results");
     let path = results.join("manifest.json");
     let manifest = manifest(options, &program_hash, &stages, &done)?;
-    fs::write(&path, format!("{manifest:#}\n")).map_err(|e| format!("{}: {e}", path.display()))?;
+    write(&path, format!("{manifest:#}\n"))?;
     println!("open {}", results.join("index.html").display());
     keep_picture(options)?;
 
@@ -84,8 +84,7 @@ pub(crate) fn copy_study(to: &Path) -> Result<String, String> {
         if written {
             let (source, target) = (from.join(&name), to.join(&name));
             let made = target.parent().map_or(Ok(()), fs::create_dir_all);
-            made.and_then(|()| fs::copy(&source, &target))
-                .map_err(|e| format!("{}: {e}", target.display()))?;
+            made.and_then(|()| fs::copy(&source, &target)).map_err(at(&target))?;
             all += &format!("{name} {hash}\n");
         }
     }
@@ -117,20 +116,12 @@ fn take(stage: &Stage, program: &Path, base: &Path) -> Result<Made, String> {
     command.arg("--until-stdin-closes").args(&stage.arguments).current_dir(base);
     command.stdin(Stdio::piped()).stdout(Stdio::null());
     let mut peak_mib = 0;
-    let look = |child: &Child| peak_mib = peak_mib.max(peak_memory_mib(child.id()).unwrap_or(0));
-    let status = child::run(&mut command, look).map_err(|e| format!("{}: {e}", program.display()))?;
+    let look = |child: &Child| peak_mib = peak_mib.max(child::peak_memory_mib(child.id()).unwrap_or(0));
+    let status = child::run(&mut command, look).map_err(at(program))?;
     if !status.success() {
         return Err(format!("`rijke {}` ended with {status}", stage.arguments.join(" ")));
     }
     Ok(Made { seconds: start.elapsed().as_secs_f64(), peak_mib })
-}
-
-/// The most memory that a running process has held so far; none where the system does not tell.
-pub(crate) fn peak_memory_mib(process: u32) -> Option<u64> {
-    let status = fs::read_to_string(format!("/proc/{process}/status")).ok()?;
-    let line = status.lines().find_map(|l| l.strip_prefix("VmHWM:"))?;
-    let kib: u64 = line.trim().trim_end_matches("kB").trim().parse().ok()?;
-    Some(kib.div_ceil(1024))
 }
 
 /// The picture of the README is Fig. 4 of the full run with the usual seed.
@@ -146,13 +137,7 @@ fn keep_picture(options: &Options) -> Outcome {
             folder.join("figure-4.svg"),
         )
     };
-    copy().map(drop).map_err(|e| format!("{}: {e}", folder.display()))
-}
-
-/// Where cargo puts the program.
-pub(crate) fn program() -> PathBuf {
-    let target = std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| "target".into(), PathBuf::from);
-    root().join(target).join("release").join(format!("rijke{}", std::env::consts::EXE_SUFFIX))
+    copy().map(drop).map_err(at(&folder))
 }
 
 /// What was run, on what, by what.

@@ -1,6 +1,6 @@
 //! Numbers that were kept, each with its own tolerance, and what moved since.
 
-use crate::workspace::Outcome;
+use crate::workspace::{Outcome, at, entries, read};
 use serde_json::{Value, json};
 use std::{collections::BTreeMap, fs, path::Path};
 
@@ -50,7 +50,7 @@ pub(super) fn check(numbers: &Path, reference: &Path) -> Outcome {
             absent.push(name);
             continue;
         }
-        let now = leaves(&read(&numbers.join(&name))?);
+        let now = leaves(&read_json(&numbers.join(&name))?);
         for (pointer, entry) in kept.as_object().into_iter().flatten() {
             compared += 1;
             moved.extend(difference(pointer, entry, now.get(pointer)).map(|d| format!("{name}{d}")));
@@ -148,19 +148,14 @@ fn keep(value: &Value, pointer: &str, name: &str, sd: Option<f64>, kept: &mut Ke
 }
 
 fn json_files(folder: &Path) -> Result<BTreeMap<String, Value>, String> {
-    let mut found = BTreeMap::new();
-    for entry in fs::read_dir(folder).map_err(|e| format!("{}: {e}", folder.display()))? {
-        let path = entry.map_err(|e| e.to_string())?.path();
-        if path.extension().is_some_and(|e| e == "json") {
-            found.insert(path.file_name().unwrap_or_default().to_string_lossy().into_owned(), read(&path)?);
-        }
-    }
-    Ok(found)
+    let all = entries(folder)?.into_iter().filter(|path| path.extension().is_some_and(|e| e == "json"));
+    let name = |path: &Path| path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    all.map(|path| Ok((name(&path), read_json(&path)?))).collect()
 }
 
-fn read(path: &Path) -> Result<Value, String> {
-    let text = fs::read_to_string(path).map_err(|e| format!("{}: {e}", path.display()))?;
-    serde_json::from_str(&text).map_err(|e| format!("{}: {e}", path.display()))
+fn read_json(path: &Path) -> Result<Value, String> {
+    let text = read(path)?;
+    serde_json::from_str(&text).map_err(at(path))
 }
 
 #[cfg(test)]
@@ -194,11 +189,11 @@ mod tests {
         assert!(check(&numbers, &reference).unwrap_err().contains("\"prongs.6\" became \"prongs.7\""));
         // A tolerance that was set by hand survives.
         let path = reference.join("a.json");
-        let mut kept = read(&path).unwrap();
+        let mut kept = read_json(&path).unwrap();
         kept["/tau"] = json!({ "value": 0.5, "tolerance": 0.25, "set_by_hand": true });
         fs::write(&path, kept.to_string()).unwrap();
         accept(&numbers, &reference).unwrap();
-        assert_eq!(read(&path).unwrap()["/tau"]["tolerance"], 0.25);
+        assert_eq!(read_json(&path).unwrap()["/tau"]["tolerance"], 0.25);
         fs::remove_dir_all(folder).unwrap();
     }
 }

@@ -2,6 +2,7 @@
 
 use super::hashes;
 use super::options::Options;
+use crate::workspace::write;
 use std::{fs, path::PathBuf};
 
 /// One call of `rijke`.
@@ -101,7 +102,7 @@ impl Stage {
     pub(super) fn mark(&self, fingerprint: &str, made: &Made) -> Result<(), String> {
         let (place, output) = (self.mark_file(), content(&self.base.join(&self.output))?);
         let text = format!("{fingerprint} {output} {:.2} {}\n", made.seconds, made.peak_mib);
-        fs::write(&place, text).map_err(|e| format!("{}: {e}", place.display()))
+        write(&place, text)
     }
 
     fn mark_file(&self) -> PathBuf {

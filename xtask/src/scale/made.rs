@@ -1,19 +1,10 @@
 //! Folders of inputs.
 
-use crate::reproduce::program;
-use crate::workspace::{Outcome, root, succeed};
+use crate::workspace::{entries, program, read, root, succeed, write};
 use std::{fmt::Write as _, fs, path::Path, process::Command};
 
 /// A folder of text files, written, and changed by what follows.
 pub(super) type Made = Result<(), String>;
-
-pub(super) fn read(path: &Path) -> Result<String, String> {
-    fs::read_to_string(path).map_err(|e| format!("{}: {e}", path.display()))
-}
-
-pub(super) fn write(path: &Path, text: &str) -> Outcome {
-    fs::write(path, text).map_err(|e| format!("{}: {e}", path.display()))
-}
 
 /// Lines that are no comments.
 pub(super) fn rows(text: &str) -> impl Iterator<Item = &str> {
@@ -67,8 +58,7 @@ pub(super) fn example(folder: &Path, change: &dyn Fn(&str, String) -> String) ->
     for sub in ["", "candidates", "observations"] {
         let source = from.join(sub);
         fs::create_dir_all(folder.join(sub)).map_err(|e| e.to_string())?;
-        for entry in fs::read_dir(&source).map_err(|e| format!("{}: {e}", source.display()))? {
-            let path = entry.map_err(|e| e.to_string())?.path();
+        for path in entries(&source)? {
             let Some(name) = path.file_name().and_then(|n| n.to_str()).filter(|_| path.is_file()) else {
                 continue;
             };

@@ -1,6 +1,7 @@
 //! Long records of five microphones at 10 kHz.
 
-use super::made::{Made, example, laboratory, read, rows, write};
+use super::made::{Made, example, laboratory, rows};
+use crate::workspace::{at, read, write};
 use std::{fs, io::Write as _, path::Path};
 
 const MICROPHONES: usize = 5;
@@ -12,7 +13,7 @@ pub(super) fn ping(folder: &Path, seconds: usize) -> Made {
     laboratory(folder, MICROPHONES)?;
     let records = folder.join("records");
     let path = records.join("C3-35/ping-00.wav");
-    let old = fs::read(&path).map_err(|e| format!("{}: {e}", path.display()))?;
+    let old = fs::read(&path).map_err(at(&path))?;
     let number = |at: usize| u32::from_le_bytes([old[at], old[at + 1], old[at + 2], old[at + 3]]) as usize;
     // The header ends with the size of the data, as the laboratory writes it.
     let (frame, data) = (number(32) & 0xFFFF, 68);
@@ -38,7 +39,7 @@ pub(super) fn ping(folder: &Path, seconds: usize) -> Made {
 pub(super) fn noise(folder: &Path, seconds: usize) -> Made {
     example(folder, &|_, text| text)?;
     let records = folder.join("records");
-    fs::create_dir_all(&records).map_err(|e| format!("{}: {e}", records.display()))?;
+    fs::create_dir_all(&records).map_err(at(&records))?;
     let campaign = read(&folder.join("campaign.csv"))?;
     let point = rows(&campaign).nth(1).and_then(|row| row.split(',').next()).unwrap_or_default();
     write(

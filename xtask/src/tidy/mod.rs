@@ -10,7 +10,7 @@ mod names;
 mod sources;
 mod texts;
 
-use crate::workspace::Outcome;
+use crate::workspace::{Outcome, at, entries};
 use file::File;
 use std::{
     fs,
@@ -40,9 +40,7 @@ fn read(root: &Path) -> Result<Vec<File>, String> {
     let mut folders = vec![root.to_owned()];
     let mut paths: Vec<PathBuf> = Vec::new();
     while let Some(folder) = folders.pop() {
-        let entries = fs::read_dir(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
-        for entry in entries {
-            let path = entry.map_err(|e| e.to_string())?.path();
+        for path in entries(&folder)? {
             let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
             let left_out = name.starts_with('.') || ["results", "virtual-rig"].contains(&&*name);
             if name == "target" || (left_out && folder == root) {
@@ -57,7 +55,7 @@ fn read(root: &Path) -> Result<Vec<File>, String> {
     }
     paths.sort();
     let read = |path: PathBuf| {
-        let text = fs::read_to_string(&path).map_err(|e| format!("{}: {e}", path.display()))?;
+        let text = fs::read_to_string(&path).map_err(at(&path))?;
         let path = path.strip_prefix(root).unwrap_or(&path).to_string_lossy().replace('\\', "/");
         Ok(File { path, text })
     };

@@ -43,7 +43,7 @@ mod stages;
 pub use answerable::answerable;
 pub use answers::{
     Answer, AnswerPanel, Layer, LayerLook, MapNodes, gains_along, keys_of_questions, left_out_table, open,
-    residuals_over_factors, stability, symbol, with_sd,
+    residuals_over_factors, stability, symbol,
 };
 pub use asked::{Unpredicted, forecast, modes_at};
 pub use average::{OpenModel, at_other_maxima};

@@ -5,45 +5,16 @@ use super::state::{BaseState, ErrorComponent};
 use super::states::BaseStates;
 use crate::apparatus::observed::TubeObservations;
 use crate::apparatus::point::TubePoint;
+use rijke_rig::{ErrorRecord, StateRecord, StatesFile};
 use std::collections::BTreeMap;
 
 /// Name of the velocity of the gas that approaches the heater, as laws know it.
 const VELOCITY: &str = "U_h";
 
-/// The state of an operating point for laws.
-#[derive(Clone, Debug, PartialEq)]
-pub struct StateForLaws {
-    /// kg/s.
-    pub mass_flow: f64,
-    /// Numbers for laws, by name, SI.
-    pub numbers: BTreeMap<String, f64>,
-    /// m.
-    pub places: Vec<f64>,
-    /// K.
-    pub temperature: Vec<f64>,
-    /// Zones in which the temperature changes fast, m.
-    pub kinks: Vec<[f64; 2]>,
-    /// Changes per standard deviation of each cause.
-    pub errors: Vec<ErrorForLaws>,
-}
-
-/// One standard deviation of one cause.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ErrorForLaws {
-    /// Its name: states that have the same share it.
-    pub cause: String,
-    /// kg/s.
-    pub mass_flow: f64,
-    /// By name, SI.
-    pub numbers: BTreeMap<String, f64>,
-    /// K.
-    pub temperature: Vec<f64>,
-}
-
 impl BaseStates {
     /// The states of the points with power, or on a ramp; else the gas is at rest, as any study knows.
     #[must_use]
-    pub fn for_laws(&self, observations: &TubeObservations) -> BTreeMap<String, StateForLaws> {
+    pub fn for_laws(&self, observations: &TubeObservations) -> StatesFile {
         let ramped = |id: &str| observations.ramps.iter().any(|ramp| ramp.time_of(id).is_some());
         let powered = observations.points.iter().map(|p| &p.point);
         let powered = powered.filter(|p| p.power > 0.0 || ramped(&p.id));
@@ -52,21 +23,21 @@ impl BaseStates {
             let state = self.points.get(&point.id)?;
             Some((point.id.clone(), state.for_laws(area, half, point.position)))
         };
-        powered.filter_map(of).collect()
+        StatesFile { points: powered.filter_map(of).collect() }
     }
 }
 
 impl BaseState {
     /// In a tube of this area (m^2), with the heater of half this length (m) at `at`.
-    fn for_laws(&self, area: f64, half: f64, at: Option<f64>) -> StateForLaws {
+    fn for_laws(&self, area: f64, half: f64, at: Option<f64>) -> StateRecord {
         let numbers = |velocity: f64| BTreeMap::from([(VELOCITY.to_owned(), velocity)]);
-        let error = |e: &ErrorComponent| ErrorForLaws {
+        let error = |e: &ErrorComponent| ErrorRecord {
             cause: e.cause.clone(),
             mass_flow: e.mass_flux * area,
             numbers: numbers(e.heater_velocity),
             temperature: e.temperature.clone(),
         };
-        StateForLaws {
+        StateRecord {
             mass_flow: self.mass_flux * area,
             numbers: numbers(self.heater_velocity),
             places: self.places.clone(),

@@ -1,65 +1,14 @@
-//! Figures of inferred flows as numbers.
+//! Figures of inferred flows as numbers, each with the name of its file.
 
 use crate::infer::assimilate::CALIBRATION;
 use crate::infer::report::{RunReport, SnapshotReport};
+use rijke_rig::{DataKind, Look, Plot, PlotCurve, PlotPanel};
 use std::collections::BTreeMap;
 
-/// A figure.
-#[derive(Clone, Debug, PartialEq)]
-pub struct FlowFigure {
-    /// Name of its file, without ending.
-    pub name: String,
-    /// What it shows.
-    pub title: String,
-    /// Pairs of axes.
-    pub panels: Vec<FlowPanel>,
-}
-
-/// A pair of axes.
-#[derive(Clone, Debug, PartialEq)]
-pub struct FlowPanel {
-    /// Label of the horizontal axis, with unit.
-    pub x: String,
-    /// Label of the vertical axis, with unit.
-    pub y: String,
-    /// The curves, the first below the others.
-    pub curves: Vec<FlowCurve>,
-    /// Where vertical lines are: changes of the power.
-    pub marks: Vec<f64>,
-}
-
-/// A curve.
-#[derive(Clone, Debug, PartialEq)]
-pub struct FlowCurve {
-    /// Name in the legend; empty for none.
-    pub name: String,
-    /// What it is.
-    pub role: CurveRole,
-    /// Its points; of an area those of its border.
-    pub points: Vec<[f64; 2]>,
-}
-
-/// What a curve is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum CurveRole {
-    /// One of several of a kind: which, of how many.
-    One(usize, usize),
-    /// The batch fit.
-    Batch,
-    /// Two standard deviations about it.
-    BatchBand,
-    /// A filter.
-    Filter,
-    /// Two spreads about it.
-    FilterBand,
-    /// What is expected.
-    Expected,
-}
-
 /// Fig. 2 of the paper: velocity at the heater over its position, a curve per power, and the speed of sound
-/// along the tube at the highest power. None without runs.
+/// along the tube at the highest power. Name and figure; none without runs.
 #[must_use]
-pub fn base_flow(runs: &[RunReport]) -> Option<FlowFigure> {
+pub fn base_flow(runs: &[RunReport], data: DataKind) -> Option<(String, Plot)> {
     let mut powers: Vec<f64> = runs.iter().flat_map(|r| &r.powers).map(|p| p.power_w).collect();
     powers.sort_by(f64::total_cmp);
     powers.dedup();
@@ -67,46 +16,51 @@ pub fn base_flow(runs: &[RunReport]) -> Option<FlowFigure> {
         let at = |r: &RunReport| {
             Some([r.heater_m, r.powers.iter().find(|p| p.power_w == *power)?.heater_velocity])
         };
-        curve(&format!("{power} W"), CurveRole::One(k, powers.len()), runs.iter().filter_map(at).collect())
+        PlotCurve::new(
+            &format!("{power} W"),
+            Look::Channel(k, powers.len()),
+            runs.iter().filter_map(at).collect(),
+        )
     };
     let highest = powers.last().copied().unwrap_or(0.0);
     let along = |(k, r): (usize, &RunReport)| {
         let points =
             r.powers.iter().find(|p| p.power_w == highest)?.profile.iter().map(|p| [p.x, p.sound_speed]);
-        Some(curve("", CurveRole::One(k, runs.len()), points.collect()))
+        Some(PlotCurve::new("", Look::Channel(k, runs.len()), points.collect()))
     };
-    let panel = |x: &str, y: &str, curves| FlowPanel { x: x.into(), y: y.into(), curves, marks: Vec::new() };
-    (!runs.is_empty()).then(|| FlowFigure {
-        name: "figure-2".into(),
-        title: "Velocity at the heater and speed of sound".into(),
+    let title = "Velocity at the heater and speed of sound".into();
+    let plot = || Plot {
+        title,
+        data,
         panels: vec![
-            panel(
+            PlotPanel::new(
                 "heater / m",
                 "velocity at the heater / m s^{-1}",
                 powers.iter().enumerate().map(velocity).collect(),
             ),
-            panel(
+            PlotPanel::new(
                 &format!("x / m, at {highest} W"),
                 "speed of sound / m s^{-1}",
                 runs.iter().enumerate().filter_map(along).collect(),
             ),
         ],
-    })
+    };
+    (!runs.is_empty()).then(|| ("figure-2".to_owned(), plot()))
 }
 
 /// A figure for every run of a filter; `beside` has the batch fits of the same runs.
 #[must_use]
-pub fn filters(runs: &[RunReport], beside: &[RunReport]) -> Vec<FlowFigure> {
-    let figure = |run: &RunReport| FlowFigure {
-        name: format!("filter-{:02.0}", 100.0 * run.heater_m),
-        title: format!("Filter with the heater at {} m", run.heater_m),
-        panels: panels(run, beside.iter().find(|b| b.heater_m == run.heater_m)),
+pub fn filters(runs: &[RunReport], beside: &[RunReport], data: DataKind) -> Vec<(String, Plot)> {
+    let figure = |run: &RunReport| {
+        let title = format!("Filter with the heater at {} m", run.heater_m);
+        let panels = panels(run, beside.iter().find(|b| b.heater_m == run.heater_m));
+        (format!("filter-{:02.0}", 100.0 * run.heater_m), Plot { title, data, panels })
     };
     runs.iter().filter(|r| !r.history.is_empty()).map(figure).collect()
 }
 
 /// The unknowns of the paper and U_h with two spreads, and the innovations, against time.
-fn panels(run: &RunReport, batch: Option<&RunReport>) -> Vec<FlowPanel> {
+fn panels(run: &RunReport, batch: Option<&RunReport>) -> Vec<PlotPanel> {
     let hours = |s: &SnapshotReport| s.time / 3600.0;
     let ends = [run.history.first().map_or(0.0, hours), run.history.last().map_or(0.0, hours)];
     let changes = run.history.windows(2).filter(|w| w[0].power != w[1].power);
@@ -116,18 +70,18 @@ fn panels(run: &RunReport, batch: Option<&RunReport>) -> Vec<FlowPanel> {
         let mut curves = Vec::new();
         if let Some([low, value, high]) = fitted {
             let area = vec![[ends[0], low], [ends[1], low], [ends[1], high], [ends[0], high]];
-            curves.push(curve("batch fit, 2 sd", CurveRole::BatchBand, area));
+            curves.push(PlotCurve::new("batch fit, 2 sd", Look::Patch(1), area));
             let line = vec![[ends[0], value], [ends[1], value]];
-            curves.push(curve("batch fit", CurveRole::Batch, line));
+            curves.push(PlotCurve::new("batch fit", Look::Channel(5, 7), line));
         }
         let below = rows.clone().map(|(t, [low, ..])| [t, low]);
         let around = below.chain(rows.clone().rev().map(|(t, [.., high])| [t, high])).collect();
-        curves.push(curve("filter, 2 spreads", CurveRole::FilterBand, around));
+        curves.push(PlotCurve::new("filter, 2 spreads", Look::Patch(0), around));
         let middle = rows.map(|(t, [_, value, _])| [t, value]).collect();
-        curves.push(curve("filter", CurveRole::Filter, middle));
+        curves.push(PlotCurve::new("filter", Look::Fit, middle));
         over_time(label, curves, &marks)
     };
-    let mut panels: Vec<FlowPanel> = (0..6.min(run.unknowns.len()))
+    let mut panels: Vec<PlotPanel> = (0..6.min(run.unknowns.len()))
         .map(|k| {
             let u = &run.unknowns[k];
             let unit = if u.unit == "1" { String::new() } else { format!(" / {}", u.unit) };
@@ -147,23 +101,19 @@ fn panels(run: &RunReport, batch: Option<&RunReport>) -> Vec<FlowPanel> {
         let times: Vec<f64> = run.history.iter().filter(at).map(hours).collect();
         if let (Some(&from), Some(&to)) = (times.first(), times.last()) {
             let points = vec![[from, p.heater_velocity], [to, p.heater_velocity]];
-            settled.curves.push(curve("batch fit", CurveRole::Batch, points));
+            settled.curves.push(PlotCurve::new("batch fit", Look::Channel(5, 7), points));
         }
     }
     panels.push(settled);
     let innovations = run.history.iter().map(|s| [hours(s), s.innovation_chi_squared]).collect();
-    let one = curve("1, as it should be", CurveRole::Expected, vec![[ends[0], 1.0], [ends[1], 1.0]]);
-    let curves = vec![one, curve("filter", CurveRole::Filter, innovations)];
+    let one = PlotCurve::new("1, as it should be", Look::Record, vec![[ends[0], 1.0], [ends[1], 1.0]]);
+    let curves = vec![one, PlotCurve::new("filter", Look::Fit, innovations)];
     panels.push(over_time("innovations: *\u{3c7}*^{2} per datum", curves, &marks));
     panels
 }
 
-fn curve(name: &str, role: CurveRole, points: Vec<[f64; 2]>) -> FlowCurve {
-    FlowCurve { name: name.to_owned(), role, points }
-}
-
-fn over_time(y: &str, curves: Vec<FlowCurve>, marks: &[f64]) -> FlowPanel {
-    FlowPanel { x: "Time / h".to_owned(), y: y.to_owned(), curves, marks: marks.to_vec() }
+fn over_time(y: &str, curves: Vec<PlotCurve>, marks: &[f64]) -> PlotPanel {
+    PlotPanel { x: "Time / h".to_owned(), y: y.to_owned(), curves, marks: marks.to_vec() }
 }
 
 /// What twin experiments say of the error bars of each method.
@@ -234,11 +184,14 @@ mod tests {
         };
         let history = vec![at(0.0, 0.0), at(3600.0, 30.0), at(7200.0, 30.0)];
         let filtered = RunReport { heater_m: 0.25, history, ..RunReport::empty() };
-        let figures = filters(&[RunReport::empty(), filtered.clone()], &[]);
-        assert_eq!((figures.len(), figures[0].name.as_str()), (1, "filter-25"));
-        let [velocity, innovations] = &figures[0].panels[..] else { panic!("{figures:?}") };
+        let figures = filters(&[RunReport::empty(), filtered.clone()], &[], DataKind::Virtual);
+        assert_eq!((figures.len(), figures[0].0.as_str()), (1, "filter-25"));
+        let [velocity, innovations] = &figures[0].1.panels[..] else { panic!("{figures:?}") };
         assert_eq!(velocity.marks, [0.0]);
         assert_eq!(innovations.curves[1].points, [[0.0, 1.1], [1.0, 1.1], [2.0, 1.1]]);
-        assert!(base_flow(&[]).is_none() && base_flow(&[filtered]).is_some());
+        assert!(
+            base_flow(&[], DataKind::Virtual).is_none()
+                && base_flow(&[filtered], DataKind::Virtual).is_some()
+        );
     }
 }

@@ -7,6 +7,6 @@ mod tables;
 mod words;
 
 pub use document::FlowDocument;
-pub use figures::{CurveRole, FlowCalibration, FlowCurve, FlowFigure, FlowPanel, base_flow, filters};
+pub use figures::{FlowCalibration, base_flow, filters};
 pub use tables::{unknowns_table, velocity_table};
 pub use words::{settles, together, words};

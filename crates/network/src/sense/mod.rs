@@ -6,6 +6,7 @@
 pub(crate) mod advice;
 pub(crate) mod along;
 pub(crate) mod budget;
+pub(crate) mod curves;
 mod distant_reference;
 mod piece;
 pub(crate) mod sensitivity;

@@ -1,7 +1,8 @@
 //! One writer for each output: an advisory lock of the operating system, which ends with the process that
 //! holds it.
 
-use super::OutputError;
+use super::refused;
+use crate::Failed;
 use std::fs::{self, File, TryLockError};
 use std::io::{self, Read, Seek, Write};
 use std::path::{Path, PathBuf};
@@ -17,23 +18,23 @@ impl Lock {
     /// The lock of `target`. It is refused while another run holds it.
     ///
     /// # Errors
-    /// [`OutputError::Refused`].
-    pub fn take(target: &Path) -> Result<Self, OutputError> {
+    /// The place cannot be taken.
+    pub fn take(target: &Path) -> Result<Self, Failed> {
         // By whatever name it is called, such as `.` or a link.
         let real = target.canonicalize().unwrap_or_else(|_| target.to_owned());
         Self::hold(super::beside(&real, "lock"), target, File::try_lock)
     }
 
     /// The lock of `target`, as soon as nobody else holds it: for work of milliseconds.
-    pub(super) fn wait(target: &Path) -> Result<Self, OutputError> {
+    pub(super) fn wait(target: &Path) -> Result<Self, Failed> {
         Self::hold(super::beside(target, "lock"), target, |file| file.lock().map_err(TryLockError::Error))
     }
 
     /// The lock of all that a command writes into `folder` in several steps, each with a lock of its own.
     ///
     /// # Errors
-    /// [`OutputError::Refused`].
-    pub fn within(folder: &Path) -> Result<Self, OutputError> {
+    /// The place cannot be taken.
+    pub fn within(folder: &Path) -> Result<Self, Failed> {
         Self::hold(folder.join(".lock"), folder, File::try_lock)
     }
 
@@ -41,10 +42,10 @@ impl Lock {
         path: PathBuf,
         target: &Path,
         lock: impl Fn(&File) -> Result<(), TryLockError>,
-    ) -> Result<Self, OutputError> {
+    ) -> Result<Self, Failed> {
         let wrong = |error: io::Error| {
             let remedy = "Give a place in which you may write, on a file system that can lock files, such as a local disk.";
-            OutputError::refused(target, format!("cannot be locked with {}: {error}", path.display()), remedy)
+            refused(target, format!("cannot be locked with {}: {error}", path.display()), remedy)
         };
         loop {
             let mut file = File::options()
@@ -94,13 +95,13 @@ fn sign(file: &mut File) -> io::Result<()> {
 }
 
 /// The message for those who come later.
-fn refusal(target: &Path, file: &mut File) -> OutputError {
+fn refusal(target: &Path, file: &mut File) -> Failed {
     let mut holder = String::new();
     // Some systems do not let others read a locked file.
     let known = file.take(400).read_to_string(&mut holder).is_ok() && !holder.is_empty();
     let holder = if known { holder.replace(char::is_control, " ") } else { "unknown".to_owned() };
     let remedy = "Wait until that run has ended, or give another folder.";
-    OutputError::refused(target, format!("another run is writing it (holder: {holder})"), remedy)
+    refused(target, format!("another run is writing it (holder: {holder})"), remedy)
 }
 
 /// Whether a path still leads to this file.

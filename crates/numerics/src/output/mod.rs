@@ -2,45 +2,22 @@
 
 mod lock;
 
+use crate::{Classify, Failed};
 pub use lock::Lock;
 use std::path::{Path, PathBuf};
 use std::{fs, io};
 
-/// Why nothing can be written in a place.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum OutputError {
-    /// The place cannot be taken.
-    #[error("{}: {what}", path.display())]
-    Refused {
-        /// What was to be written.
-        path: PathBuf,
-        /// Why not.
-        what: String,
-        /// What to do, an imperative sentence.
-        remedy: &'static str,
-    },
-    /// Writing failed although the place could be taken.
-    #[error("{}: {source}", path.display())]
-    Failed {
-        /// What was written.
-        path: PathBuf,
-        /// What the system says.
-        source: io::Error,
-    },
-}
-
 /// What to do where the system lets nobody write.
 const ELSEWHERE: &str = "Give a place in which you may write.";
 
-impl OutputError {
-    fn refused(path: &Path, what: impl ToString, remedy: &'static str) -> Self {
-        Self::Refused { path: path.to_owned(), what: what.to_string(), remedy }
-    }
+/// A place that cannot be taken.
+fn refused(path: &Path, what: impl std::fmt::Display, remedy: &'static str) -> Failed {
+    Failed::bad_input(format!("{}: {what}", path.display())).remedy(remedy)
+}
 
-    fn failed(path: &Path) -> impl FnOnce(io::Error) -> Self {
-        |source| Self::Failed { path: path.to_owned(), source }
-    }
+/// Writing failed although the place could be taken.
+fn failed(path: &Path) -> impl FnOnce(io::Error) -> Failed {
+    move |error| Failed::of_work(format!("{}: {error}", path.display()))
 }
 
 /// A folder that appears under its name only when it is complete. Until then it is written beside its place
@@ -66,8 +43,8 @@ impl StagedFolder {
     /// refused too while another run writes it.
     ///
     /// # Errors
-    /// [`OutputError`].
-    pub fn new(target: &Path, mark: &str, force: bool) -> Result<Self, OutputError> {
+    /// The place cannot be taken.
+    pub fn new(target: &Path, mark: &str, force: bool) -> Result<Self, Failed> {
         Self::start(target, mark, None, force)
     }
 
@@ -75,13 +52,13 @@ impl StagedFolder {
     /// stay, and a folder that holds none of `own` counts as empty.
     ///
     /// # Errors
-    /// [`OutputError`].
+    /// The place cannot be taken.
     pub fn beside_others(
         target: &Path,
         mark: &str,
         own: &'static [&'static str],
         force: bool,
-    ) -> Result<Self, OutputError> {
+    ) -> Result<Self, Failed> {
         Self::start(target, mark, Some(own), force)
     }
 
@@ -90,16 +67,16 @@ impl StagedFolder {
         mark: &str,
         own: Option<&'static [&'static str]>,
         force: bool,
-    ) -> Result<Self, OutputError> {
+    ) -> Result<Self, Failed> {
         if target.file_name().is_none() {
             let remedy = "Name a folder to be created, such as results.";
-            return Err(OutputError::refused(target, "not the name of a folder", remedy));
+            return Err(refused(target, "not the name of a folder", remedy));
         }
         let given = target;
         // A link is followed, so that its folder has one lock whatever it is called.
         let target = target.canonicalize().unwrap_or_else(|_| target.to_owned());
         if let Some(parent) = target.parent() {
-            fs::create_dir_all(parent).map_err(|e| OutputError::refused(parent, e, ELSEWHERE))?;
+            fs::create_dir_all(parent).map_err(|e| refused(parent, e, ELSEWHERE))?;
         }
         let lock = Lock::take(&target)?;
         let replaced = replaced(&target);
@@ -107,7 +84,7 @@ impl StagedFolder {
             // A run was killed while it put its folder in the place of this one.
             let mended =
                 if target.exists() { fs::remove_dir_all(&replaced) } else { fs::rename(&replaced, &target) };
-            mended.map_err(OutputError::failed(&replaced))?;
+            mended.map_err(failed(&replaced))?;
         }
         let occupied = match fs::read_dir(&target) {
             Ok(mut entries) => match own {
@@ -118,18 +95,14 @@ impl StagedFolder {
         };
         if occupied && !force {
             let remedy = "Replace it with --force, or move it away.";
-            return Err(OutputError::refused(given, "exists already", remedy));
+            return Err(refused(given, "exists already", remedy));
         }
         if occupied && !target.join(mark).is_file() {
             let what = format!("holds no {mark}, so it may hold something else");
-            return Err(OutputError::refused(
-                given,
-                what,
-                "Give another folder, or remove this one yourself.",
-            ));
+            return Err(refused(given, what, "Give another folder, or remove this one yourself."));
         }
-        let (partial, left) = start_afresh(&target).map_err(OutputError::failed(&target))?;
-        fs::create_dir(&partial).map_err(|e| OutputError::refused(&partial, e, ELSEWHERE))?;
+        let (partial, left) = start_afresh(&target).map_err(failed(&target))?;
+        fs::create_dir(&partial).map_err(|e| refused(&partial, e, ELSEWHERE))?;
         Ok(Self { target, partial, own, left, _lock: lock })
     }
 
@@ -148,18 +121,18 @@ impl StagedFolder {
     /// Puts the finished folder in its place.
     ///
     /// # Errors
-    /// [`OutputError::Failed`].
-    pub fn commit(self) -> Result<(), OutputError> {
+    /// The system's.
+    pub fn commit(self) -> Result<(), Failed> {
         let (target, old) = (&self.target, replaced(&self.target));
         if let Some(own) = self.own.filter(|_| target.is_dir()) {
-            keep_others(target, &self.partial, own).map_err(OutputError::failed(target))?;
+            keep_others(target, &self.partial, own).map_err(failed(target))?;
         }
         if target.is_dir() {
-            fs::rename(target, &old).map_err(OutputError::failed(target))?;
+            fs::rename(target, &old).map_err(failed(target))?;
         }
-        fs::rename(&self.partial, target).map_err(OutputError::failed(target))?;
+        fs::rename(&self.partial, target).map_err(failed(target))?;
         if old.is_dir() {
-            fs::remove_dir_all(&old).map_err(OutputError::failed(&old))?;
+            fs::remove_dir_all(&old).map_err(failed(&old))?;
         }
         Ok(())
     }
@@ -194,25 +167,35 @@ impl Drop for StagedFolder {
     }
 }
 
+/// Writes a file, and the folders above it, into a folder that nobody else reads yet.
+///
+/// # Errors
+/// The system's, with the file.
+pub fn write_within(folder: &Path, name: &str, content: impl AsRef<[u8]>) -> Result<(), Failed> {
+    let path = folder.join(name);
+    let made = path.parent().map_or(Ok(()), fs::create_dir_all);
+    made.and_then(|()| fs::write(&path, content)).or_failed().map_err(|f| f.at(&path))
+}
+
 /// As [`write_whole`](crate::write_whole), for a place that a user names: a link is followed, what is no
 /// regular file (a pipe, a device) is written to as it is, and what killed runs left beside it is removed.
 ///
 /// # Errors
-/// [`OutputError::Refused`].
-pub fn write_output(path: &Path, content: &[u8]) -> Result<(), OutputError> {
+/// The place cannot be taken.
+pub fn write_output(path: &Path, content: &[u8]) -> Result<(), Failed> {
     if path.file_name().is_none() || path.is_dir() {
-        return Err(OutputError::refused(path, "not the name of a file", "Name a file to be written."));
+        return Err(refused(path, "not the name of a file", "Name a file to be written."));
     }
-    let refused = |error: io::Error| OutputError::refused(path, error, ELSEWHERE);
+    let fault = |error: io::Error| refused(path, error, ELSEWHERE);
     if path.exists() && !path.is_file() {
-        return fs::write(path, content).map_err(refused);
+        return fs::write(path, content).map_err(fault);
     }
     let target = path.canonicalize().unwrap_or_else(|_| path.to_owned());
     if target.parent().is_some_and(|folder| !folder.as_os_str().is_empty() && !folder.is_dir()) {
-        return Err(OutputError::refused(path, "its folder does not exist", ELSEWHERE));
+        return Err(refused(path, "its folder does not exist", ELSEWHERE));
     }
     let _lock = Lock::wait(&target)?;
-    start_afresh(&target).and_then(|_| crate::write_whole(&target, content)).map_err(refused)
+    start_afresh(&target).and_then(|_| crate::write_whole(&target, content)).map_err(fault)
 }
 
 /// The name under which this process writes `target` until it is whole. Removes what earlier runs left under

@@ -1,9 +1,9 @@
 //! The bundled font: glyphs of a text, and the used ones embedded.
 
 use super::{drawing, packed};
-use crate::ReportError;
 use pdf_writer::types::{CidFontType, FontFlags, SystemInfo, UnicodeCmap};
 use pdf_writer::{Filter, Finish as _, Name, Pdf, Rect, Ref, Str};
+use rijke_numerics::Failed;
 use std::collections::BTreeMap;
 use subsetter::GlyphRemapper;
 use ttf_parser::{Face, GlyphId};
@@ -25,8 +25,8 @@ pub(super) struct Font {
 
 impl Font {
     /// The upright and the italic face.
-    pub(super) fn both() -> Result<[Self; 2], ReportError> {
-        let read = |name, bytes| -> Result<Self, ReportError> {
+    pub(super) fn both() -> Result<[Self; 2], Failed> {
+        let read = |name, bytes| -> Result<Self, Failed> {
             let face = Face::parse(bytes, 0).map_err(|e| drawing(&e))?;
             Ok(Self { name, bytes, face, glyphs: GlyphRemapper::new(), characters: BTreeMap::new() })
         };
@@ -59,7 +59,7 @@ impl Font {
 
     /// The glyphs that were used, with their widths and characters, as objects from `next` on. Returns the
     /// object of the font.
-    pub(super) fn embed(&self, file: &mut Pdf, next: &mut i32) -> Result<Ref, ReportError> {
+    pub(super) fn embed(&self, file: &mut Pdf, next: &mut i32) -> Result<Ref, Failed> {
         let [font, cid, descriptor, data, unicode] = [0, 1, 2, 3, 4].map(|k| Ref::new(*next + k));
         *next += 5;
         let cut = subsetter::subset(self.bytes, 0, &self.glyphs).map_err(|e| drawing(&e))?;

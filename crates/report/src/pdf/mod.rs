@@ -6,10 +6,10 @@ mod font;
 mod page;
 mod path;
 
-use crate::ReportError;
 use flate2::{Compression, write::ZlibEncoder};
 use font::Font;
 use pdf_writer::{Filter, Finish as _, Name, Pdf, Rect, Ref, TextStr};
+use rijke_numerics::Failed;
 use std::io::Write as _;
 
 /// Points of a pixel: a panel, 430 pixels wide, becomes a column of a journal, 90 mm.
@@ -28,8 +28,8 @@ const FIRST_FREE: i32 = 6;
 /// becomes an empty box. The same figure gives the same bytes.
 ///
 /// # Errors
-/// [`ReportError::Drawing`] if the SVG was not written by this crate.
-pub fn pdf(svg: &str) -> Result<Vec<u8>, ReportError> {
+/// If the SVG was not written by this crate.
+pub fn pdf(svg: &str) -> Result<Vec<u8>, Failed> {
     let page = page::read(svg)?;
     let [width, height] = page.size.map(|v| (v * POINTS) as f32);
     let mut file = Pdf::new();
@@ -57,12 +57,12 @@ pub fn pdf(svg: &str) -> Result<Vec<u8>, ReportError> {
     Ok(file.finish())
 }
 
-fn packed(bytes: &[u8]) -> Result<Vec<u8>, ReportError> {
+fn packed(bytes: &[u8]) -> Result<Vec<u8>, Failed> {
     let mut packer = ZlibEncoder::new(Vec::new(), Compression::best());
     packer.write_all(bytes).and_then(|()| packer.finish()).map_err(|e| drawing(&e))
 }
 
 /// What cannot be read as a drawing of this crate.
-fn drawing(why: &impl ToString) -> ReportError {
-    ReportError::Drawing(why.to_string())
+fn drawing(why: &impl std::fmt::Display) -> Failed {
+    Failed::of_work(format!("not a drawing of rijke-report: {why}"))
 }

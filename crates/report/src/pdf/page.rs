@@ -1,8 +1,8 @@
 //! A drawing, read from SVG, as the content of a page.
 
 use super::{POINTS, drawing, font::Font, path};
-use crate::ReportError;
 use pdf_writer::{Content, Name, Str};
+use rijke_numerics::Failed;
 use roxmltree::{Document, Node};
 use std::collections::BTreeSet;
 
@@ -33,7 +33,7 @@ struct Writer {
     opacities: BTreeSet<String>,
 }
 
-pub(super) fn read(svg: &str) -> Result<Page, ReportError> {
+pub(super) fn read(svg: &str) -> Result<Page, Failed> {
     let document = Document::parse(svg).map_err(|e| drawing(&e))?;
     let root = document.root_element();
     let size = [number(root, "width")?, number(root, "height")?];
@@ -49,11 +49,11 @@ pub(super) fn read(svg: &str) -> Result<Page, ReportError> {
 }
 
 impl Writer {
-    fn children(&mut self, node: Node<'_, '_>, style: Style<'_>) -> Result<(), ReportError> {
+    fn children(&mut self, node: Node<'_, '_>, style: Style<'_>) -> Result<(), Failed> {
         node.children().filter(Node::is_element).try_for_each(|child| self.element(child, style))
     }
 
-    fn element(&mut self, node: Node<'_, '_>, style: Style<'_>) -> Result<(), ReportError> {
+    fn element(&mut self, node: Node<'_, '_>, style: Style<'_>) -> Result<(), Failed> {
         let style = style.within(node)?;
         let of = |name| number(node, name);
         match node.tag_name().name() {
@@ -99,8 +99,8 @@ impl Writer {
         &mut self,
         node: Node<'_, '_>,
         style: Style<'_>,
-        draw: impl FnOnce(&mut Content) -> Result<(), ReportError>,
-    ) -> Result<(), ReportError> {
+        draw: impl FnOnce(&mut Content) -> Result<(), Failed>,
+    ) -> Result<(), Failed> {
         let content = &mut self.content;
         content.save_state();
         if let Some([red, green, blue]) = colour(style.stroke)? {
@@ -130,7 +130,7 @@ impl Writer {
     }
 
     /// A line of text, each stretch in its own face, size and height.
-    fn text(&mut self, node: Node<'_, '_>, style: Style<'_>) -> Result<(), ReportError> {
+    fn text(&mut self, node: Node<'_, '_>, style: Style<'_>) -> Result<(), Failed> {
         let [mut x, mut y] = [optional(node, "x", 0.0)?, optional(node, "y", 0.0)?];
         let (mut stretches, mut whole) = (Vec::new(), 0.0);
         for child in node.children() {
@@ -164,7 +164,7 @@ impl Writer {
     }
 
     /// `translate(x y)`, and after it `rotate(degrees)`.
-    fn transform(&mut self, node: Node<'_, '_>) -> Result<(), ReportError> {
+    fn transform(&mut self, node: Node<'_, '_>) -> Result<(), Failed> {
         for step in node.attribute("transform").unwrap_or("").split_inclusive(')') {
             let read = |n: &str| n.parse::<f32>().map_err(|e| drawing(&e));
             let (name, numbers) = step.trim().trim_end_matches(')').split_once('(').unwrap_or((step, ""));
@@ -183,7 +183,7 @@ impl Writer {
 }
 
 impl<'a> Style<'a> {
-    fn within(self, node: Node<'a, '_>) -> Result<Self, ReportError> {
+    fn within(self, node: Node<'a, '_>) -> Result<Self, Failed> {
         if let Some(other) = node.attributes().find(|a| !KNOWN.contains(&a.name())) {
             return Err(drawing(&format!("the attribute {}", other.name())));
         }
@@ -221,17 +221,17 @@ const KNOWN: [&str; 21] = [
     "font-family",
 ];
 
-fn number(node: Node<'_, '_>, name: &str) -> Result<f64, ReportError> {
+fn number(node: Node<'_, '_>, name: &str) -> Result<f64, Failed> {
     let text = node.attribute(name).unwrap_or("");
     text.parse().map_err(|_| drawing(&format!("{name}=\"{text}\" of {}", node.tag_name().name())))
 }
 
-fn optional(node: Node<'_, '_>, name: &str, usual: f64) -> Result<f64, ReportError> {
+fn optional(node: Node<'_, '_>, name: &str, usual: f64) -> Result<f64, Failed> {
     if node.has_attribute(name) { number(node, name) } else { Ok(usual) }
 }
 
 /// `#rgb` or `#rrggbb`; nothing for `none`.
-fn colour(text: &str) -> Result<Option<[f32; 3]>, ReportError> {
+fn colour(text: &str) -> Result<Option<[f32; 3]>, Failed> {
     let digits = text.strip_prefix('#').unwrap_or(text);
     let (long, most) = match digits.len() {
         _ if text == "none" => return Ok(None),

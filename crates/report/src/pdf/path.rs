@@ -1,14 +1,14 @@
 //! The lines of `d` attributes.
 
 use super::drawing;
-use crate::ReportError;
 use pdf_writer::Content;
+use rijke_numerics::Failed;
 
 /// Length of the handles of a quarter of a circle of radius 1 as a cubic curve.
 const QUARTER: f64 = 0.552_284_749_830_793_4;
 
 /// Adds the path to a page. An arc must be half an ellipse.
-pub(super) fn add(d: &str, content: &mut Content) -> Result<(), ReportError> {
+pub(super) fn add(d: &str, content: &mut Content) -> Result<(), Failed> {
     let bad = || drawing(&format!("the path {d}"));
     let (mut at, mut start) = ([0.0; 2], [0.0; 2]);
     let mut rest = d.trim_start();

@@ -14,13 +14,13 @@ pub(crate) mod numbers;
 mod sliders;
 mod tables;
 
-use crate::ReportError;
 use crate::draw::{self, html};
 use rijke_engine::run::{
     Answer, Frame, Judgement, ModelRecord, Sliders, StageRecord, gains_along, left_out_table, models,
     residuals_over_factors,
 };
-use rijke_rig::DataKind;
+use rijke_numerics::Failed;
+use rijke_rig::{DataKind, files::csv_table};
 use std::{fs, path::Path};
 use tables::{chosen, total};
 
@@ -50,16 +50,16 @@ impl StudyPage {
     /// `tables/sliders.csv`.
     ///
     /// # Errors
-    /// [`ReportError::Nothing`] if no stage was run.
+    /// If no stage was run.
     pub fn new(
         head: &StudyHead,
         stages: &[StageRecord],
         answers: &[Answer],
         verdicts: &[Judgement],
         sliders: Option<&(String, Result<Sliders, String>)>,
-    ) -> Result<Self, ReportError> {
+    ) -> Result<Self, Failed> {
         if stages.is_empty() {
-            return Err(ReportError::Nothing);
+            return Err(Failed::of_work("no numbers of any stage"));
         }
         let mut page = Self { files: Vec::new() };
         let mut body = String::new();
@@ -147,7 +147,7 @@ impl StudyPage {
         head: &StudyHead,
         answer: &Answer,
         stage: Option<&StageRecord>,
-    ) -> Result<String, ReportError> {
+    ) -> Result<String, Failed> {
         let prefix = if answer.frames.len() > 1 && !map::is_one(answer) { "-measured" } else { "" };
         for (k, frame) in answer.frames.iter().enumerate() {
             let name =
@@ -170,35 +170,36 @@ impl StudyPage {
         ))
     }
 
-    fn table(&mut self, name: &str, frame: &Frame) -> Result<(), ReportError> {
-        let mut table = csv::Writer::from_writer(Vec::new());
+    fn table(&mut self, name: &str, frame: &Frame) -> Result<(), Failed> {
         let unit = |c: &rijke_engine::run::FrameColumn| format!("{} [{}]", c.name, c.unit);
         // Where points have several modes.
         let several = frame.rows.iter().any(|row| !row.mode.is_empty());
         let own = ["name", "series", "mode"].into_iter().filter(|name| several || *name != "mode");
-        table.write_record(own.map(str::to_owned).chain(frame.columns.iter().map(unit)))?;
+        let mut table = vec![own.map(str::to_owned).chain(frame.columns.iter().map(unit)).collect()];
         for row in &frame.rows {
             let numbers = row.values.iter().map(|v| v.map_or(String::new(), |v| format!("{v}")));
             let own = [row.label.clone(), row.series.clone()].into_iter();
             let own = own.chain(several.then(|| row.mode.clone()));
             let lacking = frame.columns.len().saturating_sub(row.values.len());
-            table.write_record(own.chain(numbers).chain(std::iter::repeat_n(String::new(), lacking)))?;
+            table.push(own.chain(numbers).chain(std::iter::repeat_n(String::new(), lacking)).collect());
         }
-        let bytes = table.into_inner().map_err(|e| csv::Error::from(e.into_error()))?;
-        self.files.push((format!("tables/{name}.csv"), bytes));
+        self.files.push((format!("tables/{name}.csv"), csv_table(table)?.into_bytes()));
         Ok(())
     }
 
     /// Writes the files into a folder, the page last. Each appears under its name only when it is complete.
     ///
     /// # Errors
-    /// [`ReportError::Write`] names the file that could not be written.
-    pub fn write(&self, folder: &Path) -> Result<(), ReportError> {
+    /// Names the file that could not be written.
+    pub fn write(&self, folder: &Path) -> Result<(), Failed> {
         for (name, content) in &self.files {
             let path = folder.join(name);
             let folder = path.parent().map_or(Ok(()), fs::create_dir_all);
             let written = folder.and_then(|()| rijke_numerics::write_whole(&path, content));
-            written.map_err(|source| ReportError::Write { path, source })?;
+            written.map_err(|error| Failed {
+                causes: vec![error.to_string()],
+                ..Failed::of_work(format!("{}: cannot be written", path.display()))
+            })?;
         }
         Ok(())
     }

@@ -2,15 +2,13 @@
 //!
 //! Knows options and what is printed; modes and their derivatives are found in `rijke-network`.
 
-mod advice;
-mod chain;
 mod print;
 
-use crate::{failure::Failure, figure, number, ui::Ui};
-use chain::Case;
-use print::along;
-use rijke_numerics::write_output;
-use rijke_report::{ModeCurves, ModesFigure};
+use crate::{figure, number, ui::Ui};
+use rijke_engine::folder::ModeCase;
+use rijke_network::ModeCurves;
+use rijke_numerics::{Failed, write_output};
+use rijke_report::ModesFigure;
 use std::f64::consts::PI;
 use std::path::PathBuf;
 
@@ -66,72 +64,44 @@ enum Format {
     Json,
 }
 
-pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
+pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failed> {
     let mut case = match (&args.oscilos, &args.file) {
-        (Some(folder), _) => Case::oscilos(folder)?,
+        (Some(folder), _) => ModeCase::oscilos(folder)?,
         (None, Some(dir)) if args.point.is_some() => {
             let id = args.point.as_deref().unwrap_or_default();
             // The file of a study's rig names its folder too.
             let dir = if dir.is_file() { dir.parent().unwrap_or(dir) } else { dir };
-            Case::point(dir, id, args.stage.as_deref(), [args.min_hz, args.max_hz])?
+            ModeCase::point(dir, id, args.stage.as_deref(), [args.min_hz, args.max_hz])?
         }
         (None, Some(dir)) if dir.is_dir() => {
             let remedy = "Name a network file; of a study name an operating point too, with --point ID.";
-            return Err(Failure::bad_input("is a folder, not a network file").at(dir).remedy(remedy));
+            return Err(Failed::bad_input("is a folder, not a network file").at(dir).remedy(remedy));
         }
-        (None, Some(file)) => Case::file(file, [args.min_hz, args.max_hz])?,
-        (None, None) => return Err(Failure::bad_input("no network file is named")),
+        (None, Some(file)) => ModeCase::file(file, [args.min_hz, args.max_hz])?,
+        (None, None) => return Err(Failed::bad_input("no network file is named")),
     };
     for (limit, given) in case.region.omega.iter_mut().zip([args.min_hz, args.max_hz]) {
         *limit = given.map_or(*limit, |f| 2.0 * PI * f);
     }
-    // They may say why there are no modes.
-    for warning in &case.warnings {
-        ui.note(format!("warning: {}: {warning}", case.path.display()));
-    }
-    let modes = case.modes()?;
-    let mut lines = modes.modes.iter().map(|mode| case.line(mode)).collect::<Result<Vec<_>, _>>()?;
-    for (line, by) in lines.iter_mut().zip(case.by_noise(&modes)?) {
-        line.by_noise_of_tables = Some(by);
-        if by.doubtful {
-            ui.note(format!(
-                "warning: {}: the mode at {:.2} Hz may be one of the noise of a measured table: of {} tables drawn with that noise {} have it; raise \
-                 the tolerance to twice the error of a row",
-                case.path.display(),
-                line.frequency_hz,
-                by.draws,
-                by.found
-            ));
-        }
-    }
-    case.note.iter().for_each(|note| ui.note(note));
-    if let Some(growing) = lines.iter().find(|l| case.passive && l.growth_rate > 1e-9 * l.frequency_hz) {
-        ui.note(format!(
-            "warning: {}: the mode at {:.2} Hz grows although nothing in the file feeds energy: an end or a \
-             coefficient of it is not what it should be (see the column that is positive)",
-            case.path.display(),
-            growing.frequency_hz
-        ));
-    }
-    let stations = if args.sensitivity || args.plot.is_some() || args.along.is_some() {
-        modes.modes.iter().map(|mode| case.curves(mode)).collect::<Result<Vec<_>, _>>()?
+    let mut found = case.find(ui)?;
+    let curves = if args.sensitivity || args.plot.is_some() || args.along.is_some() {
+        found.all.iter().map(|mode| case.curves(mode)).collect::<Result<Vec<_>, _>>()?
     } else {
         Vec::new()
     };
-    let advice = if args.sensitivity { advice::of(&stations) } else { Vec::new() };
-    let format = if ui.is_json() { Format::Json } else { args.format };
-    match format {
+    if args.sensitivity {
+        found.sensitivity = curves.iter().flat_map(ModeCurves::advice).collect();
+    }
+    match if ui.is_json() { Format::Json } else { args.format } {
         Format::Table => {
-            print::table(&case, &modes, &lines, ui);
-            advice::print(&stations, &advice, ui);
+            print::table(&case, &found, ui);
+            print::advice(curves.len(), &found.sensitivity, ui);
         }
-        Format::Csv => print::csv(&lines, ui)?,
-        Format::Json => print::json(&case, &modes, lines, &advice, ui)?,
+        Format::Csv => ui.say(found.csv()?.trim_end()),
+        Format::Json => ui.json(&found)?,
     }
     if let Some(path) = &args.along {
-        let key = |m: &ModeCurves| format!("{},{}", m.frequency_hz, m.growth_rate);
-        let text = along("frequency [Hz],growth_rate [1/s]", stations.iter().map(|m| (key(m), m)));
-        write_output(path, text.as_bytes())?;
+        write_output(path, ModeCurves::csv(&curves).as_bytes())?;
         ui.note(format!("wrote {}", path.display()));
     }
     if let Some(path) = &args.plot {
@@ -139,7 +109,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failure> {
             title: case.title.clone().unwrap_or_else(|| "Acoustic modes".to_owned()),
             growth_rate: case.region.sigma,
             frequency_hz: case.region.omega.map(|w| w / (2.0 * PI)),
-            modes: stations,
+            modes: curves,
             poles: case.poles()?,
             devices: case.devices.clone(),
         };

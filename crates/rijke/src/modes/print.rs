@@ -1,56 +1,16 @@
-//! Modes as a table, as CSV and as JSON.
+//! Modes as a table.
 
-use super::advice::{Advice, names};
-use super::chain::{Case, Line};
-use crate::{
-    csv_table::{csv_table, texts},
-    failure::{Classify, Failure},
-    ui::Ui,
-};
-use rijke_network::{Modes, SmallChange};
-use rijke_report::ModeCurves;
-use serde::Serialize;
+use crate::ui::Ui;
+use rijke_engine::folder::{FoundModes, ModeCase, ModeLine};
+use rijke_network::Advice;
+use rijke_numerics::words::counted;
 use std::f64::consts::PI;
-use std::fmt::Write;
 
-#[derive(Serialize)]
-struct Answer<'a> {
-    name: &'a Option<String>,
-    counted: usize,
-    found: usize,
-    poles: usize,
-    modes: Vec<Line>,
-    #[serde(skip_serializing_if = "<[_]>::is_empty")]
-    sensitivity: &'a [Advice],
-}
-
-fn found(modes: &Modes) -> usize {
-    modes.modes.iter().map(|m| m.multiplicity).sum()
-}
-
-pub(super) fn json(
-    case: &Case,
-    modes: &Modes,
-    lines: Vec<Line>,
-    advice: &[Advice],
-    ui: &Ui,
-) -> Result<(), Failure> {
-    let answer = Answer {
-        name: &case.title,
-        counted: modes.counted,
-        found: found(modes),
-        poles: modes.poles,
-        modes: lines,
-        sensitivity: advice,
-    };
-    ui.document(serde_json::to_string_pretty(&answer).or_failed()?);
-    Ok(())
-}
-
-pub(super) fn table(case: &Case, modes: &Modes, lines: &[Line], ui: &Ui) {
+pub(super) fn table(case: &ModeCase, found: &FoundModes, ui: &Ui) {
     let [low, high] = case.region.omega.map(|w| w / (2.0 * PI));
     let [left, right] = case.region.sigma;
-    if let Some(name) = &case.title {
+    let lines = &found.modes;
+    if let Some(name) = &found.name {
         ui.say(name);
     }
     let mut names: Vec<&str> = Vec::new();
@@ -59,17 +19,11 @@ pub(super) fn table(case: &Case, modes: &Modes, lines: &[Line], ui: &Ui) {
             names.push(name);
         }
     }
-    let mut header = vec![
-        "frequency\nHz",
-        "growth\n1/s",
-        "upstream\nend",
-        "downstream\nend",
-        "viscous\nwall",
-        "thermal\nwall",
-    ];
+    let parts = "frequency\nHz,growth\n1/s,upstream\nend,downstream\nend,viscous\nwall,thermal\nwall";
+    let mut header: Vec<&str> = parts.split(',').collect();
     header.extend(names.iter());
     header.extend(["condition", "residual"]);
-    let row = |l: &Line| {
+    let row = |l: &ModeLine| {
         let number = |v: f64| if v.abs() < 1e-9 { "0".to_owned() } else { format!("{v:.4}") };
         let mut row = vec![format!("{:.4}", l.frequency_hz), format!("{:.4}", l.growth_rate)];
         row.extend(
@@ -104,60 +58,31 @@ pub(super) fn table(case: &Case, modes: &Modes, lines: &[Line], ui: &Ui) {
             ui.say(format!("By the noise of measured tables (standard deviations): {}.", noisy.join(", ")));
         }
     }
-    let poles = if modes.poles > 0 {
-        format!(", {} of laws told apart from them", crate::number::counted(modes.poles, "pole"))
+    let poles = if found.poles > 0 {
+        format!(", {} of laws told apart from them", counted(found.poles, "pole"))
     } else {
         String::new()
     };
     ui.say(format!(
         "{} of {} modes found{poles} between {low:.1} and {high:.1} Hz, {left} and {right} 1/s.",
-        found(modes),
-        modes.counted
+        found.found, found.counted
     ));
 }
 
-pub(super) fn csv(lines: &[Line], ui: &Ui) -> Result<(), Failure> {
-    let head = [
-        "frequency [Hz]",
-        "growth_rate [1/s]",
-        "residual",
-        "condition",
-        "multiplicity",
-        "upstream_end [1/s]",
-        "downstream_end [1/s]",
-        "viscous_wall [1/s]",
-        "thermal_wall [1/s]",
-        "elements [1/s]",
-    ];
-    let row = |l: &Line| {
-        let [frequency, growth] = [l.frequency_hz, l.growth_rate].map(|v| v.to_string());
-        let (residual, multiplicity) = (format!("{:e}", l.residual), l.multiplicity.to_string());
-        let elements: f64 = l.by_elements.iter().map(|(_, v)| v).sum();
-        let shares = [l.by_upstream_end, l.by_downstream_end, l.by_viscous_loss, l.by_thermal_loss, elements];
-        [frequency, growth, residual, l.condition.to_string(), multiplicity]
-            .into_iter()
-            .chain(shares.map(|v| v.to_string()))
-            .collect()
-    };
-    ui.say(csv_table(std::iter::once(texts(&head)).chain(lines.iter().map(row)))?.trim_end());
-    Ok(())
-}
-
-/// Shapes and sensitivities along x as CSV. The rows of a mode begin with its keys, whose columns `keys`
-/// names.
-pub(crate) fn along<'a>(keys: &str, modes: impl Iterator<Item = (String, &'a ModeCurves)>) -> String {
-    let (mut rows, mut columns) = (String::new(), SmallChange::ALL.map(|change| names(change)[1]).to_vec());
-    for (key, mode) in modes {
-        if mode.changes.is_empty() {
-            columns.clear();
-        }
-        for (k, x) in mode.x.iter().enumerate() {
-            let numbers = [*x, mode.pressure[k], mode.velocity[k]].into_iter();
-            let numbers = numbers.chain(mode.changes.iter().map(|c| c.1[k])).map(|v| format!(",{v}"));
-            // Writing to a string cannot fail.
-            let _ = writeln!(rows, "{key}{}", numbers.collect::<String>());
-        }
+pub(super) fn advice(modes: usize, advice: &[Advice], ui: &Ui) {
+    if advice.is_empty() {
+        return;
     }
-    let columns: String = columns.iter().map(|column| format!(",{column}")).collect();
-    format!("{keys},x [m],pressure,velocity_times_rho_c{columns}\n{rows}")
+    let head = ["mode\nHz", "small change", "best place\nm", "growth rate\nchanges by, 1/s"];
+    let row = |Advice { frequency_hz, best }: &Advice| {
+        let effect = if best.growth_rate_change < 0.0 {
+            format!("{:.4}", best.growth_rate_change)
+        } else {
+            "nowhere less".to_owned()
+        };
+        [format!("{frequency_hz:.2}"), best.proposal.to_owned(), format!("{:.3}", best.at), effect]
+    };
+    ui.table(head, advice.iter().map(row));
+    let modes = counted(modes, "mode");
+    ui.say(format!("To first order, each change alone, for {modes}. Curves along x: --plot, --along."));
 }

@@ -40,47 +40,23 @@ macro_rules! files {
 pub(super) const HEATED_TUBE_MANIFEST: &str = include_str!("heated-tube/draft/records/manifest.toml");
 
 const HEATED_TUBE: Files = files! { "heated-tube":
-    "rig.toml"
-    "campaign.csv"
-    "study.toml"
-    "candidates/heat-release.toml"
-    "candidates/hot-body.toml"
-    "candidates/rods.toml"
-    "candidates/tube.toml"
-    "draft/records/tube.toml"
+    "rig.toml" "campaign.csv" "study.toml" "candidates/heat-release.toml" "candidates/hot-body.toml"
+    "candidates/rods.toml" "candidates/tube.toml" "draft/records/tube.toml"
 };
 
 const QUARTER_WAVE: Files = files! { "quarter-wave":
-    "rig.toml"
-    "campaign.csv"
-    "study.toml"
-    "candidates/gauze.toml"
-    "candidates/tube.toml"
-    "draft/observations/modes.csv"
-    "draft/observations/observations.toml"
-    "draft/observations/readings.csv"
-    "draft/records/manifest.toml"
+    "rig.toml" "campaign.csv" "study.toml" "candidates/gauze.toml" "candidates/tube.toml"
+    "draft/observations/modes.csv" "draft/observations/observations.toml"
+    "draft/observations/readings.csv" "draft/records/manifest.toml"
 };
 
 const BURNER: Files = files! { "burner":
-    "rig.toml"
-    "campaign.csv"
-    "study.toml"
-    "candidates/cold.toml"
-    "candidates/flame.toml"
-    "draft/observations/modes.csv"
-    "draft/observations/observations.toml"
-    "draft/observations/readings.csv"
-    "draft/records/manifest.toml"
+    "rig.toml" "campaign.csv" "study.toml" "candidates/cold.toml" "candidates/flame.toml"
+    "draft/observations/modes.csv" "draft/observations/observations.toml"
+    "draft/observations/readings.csv" "draft/records/manifest.toml"
 };
 
 const KUNDT_TUBE: Files = files! { "kundt-tube":
-    "rig.toml"
-    "campaign.csv"
-    "study.toml"
-    "candidates/sample.toml"
-    "candidates/tube.toml"
-    "draft/observations/modes.csv"
-    "draft/observations/observations.toml"
-    "draft/records/manifest.toml"
+    "rig.toml" "campaign.csv" "study.toml" "candidates/sample.toml" "candidates/tube.toml"
+    "draft/observations/modes.csv" "draft/observations/observations.toml" "draft/records/manifest.toml"
 };

@@ -1,6 +1,6 @@
 //! A page on the loopback address: files of one folder, nothing else, to nobody else.
 
-use crate::failure::{Classify, Failure};
+use rijke_numerics::{Classify, Failed};
 use std::fs;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::{Ipv4Addr, SocketAddr, TcpListener, TcpStream};
@@ -12,7 +12,7 @@ use std::time::Duration;
 const LONGEST: u64 = 8192;
 
 /// Serves `folder` from a thread of its own, until the program ends. Port 0 takes a free one.
-pub(super) fn serve(port: u16, folder: PathBuf) -> Result<SocketAddr, Failure> {
+pub(super) fn serve(port: u16, folder: PathBuf) -> Result<SocketAddr, Failed> {
     let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, port)).or_bad_input().map_err(|f| {
         f.remedy(format!("Port {port} cannot be taken; give --serve another one, or 0 for any."))
     })?;

@@ -1,15 +1,12 @@
 //! Trainings, on a thread of their own: records never wait for them.
 
-use crate::{
-    failure::{Classify, Failure},
-    flow, next,
-    study::{observations, of_the_engine, open},
-    ui::Ui,
-};
+use crate::flow;
 use rijke_engine::EngineError;
+use rijke_engine::folder::{observations, of_the_engine, open_study};
 use rijke_engine::run::{Leading, Next, Run, Sequence, Trusted, Wish, so_far, verdicts};
-use rijke_numerics::keep_others;
-use rijke_report::{StudyHead, StudyPage};
+use rijke_intake::flow_is_due;
+use rijke_numerics::{Classify, Failed, keep_others};
+use rijke_report::{StudyHead, StudyPage, plot_svg};
 use rijke_study::{ObservedModes, Study};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -51,7 +48,7 @@ pub(super) struct Outcome {
 }
 
 /// What comes back: none where no stage has points yet.
-pub(super) type Found = Result<Option<Outcome>, Failure>;
+pub(super) type Found = Result<Option<Outcome>, Failed>;
 
 /// The thread.
 pub(super) struct Trainer {
@@ -68,7 +65,7 @@ const PLANNED: usize = 3;
 
 impl Trainer {
     /// Of the study in `dir`, whose page so far is written below `live`; `count` models of each stage lead.
-    pub(super) fn new(dir: &Path, live: &Path, count: usize) -> Result<Self, Failure> {
+    pub(super) fn new(dir: &Path, live: &Path, count: usize) -> Result<Self, Failed> {
         // One processor is left to what records need at once.
         let threads = thread::available_parallelism().map_or(1, |n| n.get().saturating_sub(1).max(1));
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().or_failed()?;
@@ -96,7 +93,7 @@ impl Trainer {
     }
 
     /// Begins, on a copy of what was observed so far.
-    pub(super) fn begin(&mut self, job: Job) -> Result<(), Failure> {
+    pub(super) fn begin(&mut self, job: Job) -> Result<(), Failed> {
         let copy = || {
             if self.seen.exists() {
                 fs::remove_dir_all(&self.seen)?;
@@ -152,11 +149,11 @@ struct Work {
 impl Work {
     fn take(&self, job: Job) -> Found {
         // Candidates and plan may be written while one measures.
-        let study = Study { folder: self.seen.clone(), ..open(&self.dir)? };
+        let study = Study { folder: self.seen.clone(), ..open_study(&self.dir)? };
         let (mut settling, mut notes) = (None, Vec::new());
-        if job.states && flow::is_due(&study) {
+        if job.states && flow_is_due(&study) {
             let base = self.dir.join("base");
-            match flow::of_study(&self.seen, &base, true, &Ui::silent()) {
+            match flow::of_study(&self.seen, &base, true, &()) {
                 Ok(said) => {
                     keep_others(&base, &self.seen.join("base"), &[]).or_failed().map_err(|f| f.at(&base))?;
                     settling = Some(said);
@@ -178,7 +175,7 @@ impl Work {
         }
         let judged = verdicts(&study.claims, observations.kind, &stages, &answers);
         let page = StudyPage::new(&StudyHead::of(&study, &observations), &stages, &answers, &judged, None);
-        page.or_failed()?.write(&self.live.join("study")).or_failed()?;
+        page?.write(&self.live.join("study"))?;
         let next = stages.last().map_or_else(
             || Err("no stage was trained".to_owned()),
             |stage| suggested(&study, &observations, &run, &stage.id).map_err(|e| e.to_string()),
@@ -196,13 +193,10 @@ fn suggested(
     run: &Run,
     id: &str,
 ) -> Result<(Next, String), EngineError> {
-    let points = &study.campaign.points;
-    let meant = |k: &usize| {
-        study.plan.stage(id).is_some_and(|(_, stage)| stage.points.holds(&study.campaign, &points[*k]))
-    };
-    let candidates = (0..points.len()).filter(meant).collect();
+    let candidates =
+        study.plan.stage(id).map_or_else(Vec::new, |(_, stage)| stage.points.places(&study.campaign));
     let wish = Wish { candidates, points: PLANNED, without_pressures: true, ..Wish::default() };
     let found = rijke_engine::run::next(study, observations, &run.saved(id)?, &[], &wish)?;
-    let drawn = next::drawn(&found, study, observations.kind).svg();
+    let drawn = plot_svg(&found.plot(&study.campaign, observations.kind));
     Ok((found, drawn))
 }

@@ -1,8 +1,8 @@
 //! The figure of docs/records/designs.md, drawn from its table.
 
 use crate::example;
-use rijke_report::{Look, RecordCurve, RecordFigure, RecordPanel};
-use rijke_rig::DataKind;
+use rijke_report::plot_svg;
+use rijke_rig::{DataKind, Look, Plot, PlotCurve, PlotPanel};
 use std::fs;
 
 /// Layouts by the beginning of their names, and what the legend calls them.
@@ -38,20 +38,11 @@ fn exact_the_figure_of_designs_shows_the_table_of_its_record() {
     let panel = |y: &str, of: &dyn Fn(&Row) -> Option<f64>| {
         let curve = |(k, (start, name)): (usize, &(&str, &str))| {
             let own = rows.iter().filter(|r| r.0.starts_with(start) && r.1 <= 20.0);
-            RecordCurve {
-                name: (*name).to_owned(),
-                look: Look::Dots(k),
-                points: own.filter_map(|r| Some([r.1, of(r)?])).collect(),
-            }
+            PlotCurve::new(name, Look::Dots(k), own.filter_map(|r| Some([r.1, of(r)?])).collect())
         };
-        RecordPanel {
-            x: "hours of the rig".to_owned(),
-            y: y.to_owned(),
-            curves: KINDS.iter().enumerate().map(curve).collect(),
-            marks: Vec::new(),
-        }
+        PlotPanel::new("hours of the rig", y, KINDS.iter().enumerate().map(curve).collect())
     };
-    let figure = RecordFigure {
+    let figure = Plot {
         title: "Layouts of a campaign: medians of five rigs".to_owned(),
         data: DataKind::Virtual,
         panels: vec![
@@ -60,13 +51,9 @@ fn exact_the_figure_of_designs_shows_the_table_of_its_record() {
         ],
     };
     assert!(figure.panels.iter().all(|p| p.curves[0].points.len() > 5));
-    let path = docs.join("images/designs.svg");
+    let (path, svg) = (docs.join("images/designs.svg"), plot_svg(&figure));
     if std::env::var_os("RIJKE_WRITE").is_some() {
-        fs::write(&path, figure.svg()).unwrap();
+        fs::write(&path, &svg).unwrap();
     }
-    assert!(
-        fs::read_to_string(&path).unwrap_or_default() == figure.svg(),
-        "{} is of another table",
-        path.display()
-    );
+    assert!(fs::read_to_string(&path).unwrap_or_default() == svg, "{} is of another table", path.display());
 }

@@ -233,6 +233,14 @@ impl Plan {
         stages.chain(questions.map(|q| &q.id)).chain(self.maps.iter().map(|m| &m.id))
     }
 
+    /// Takes out the stages of modes after the one in this place, and what is asked of them.
+    pub fn end_after(&mut self, place: usize) {
+        self.stages.truncate(place + 1);
+        let left: BTreeSet<&str> = self.stages.iter().map(|s| s.id.as_str()).collect();
+        self.questions.retain(|question| left.contains(question.stage.as_str()));
+        self.maps.retain(|map| left.contains(map.stage.as_str()));
+    }
+
     /// The stage of modes called `id`, with its place.
     #[must_use]
     pub fn stage(&self, id: &str) -> Option<(usize, &Stage)> {

@@ -83,6 +83,13 @@ impl Condition {
 }
 
 impl Selection {
+    /// The places in the campaign of the points that it means.
+    #[must_use]
+    pub fn places(&self, campaign: &Campaign) -> Vec<usize> {
+        let points = &campaign.points;
+        (0..points.len()).filter(|k| self.holds(campaign, &points[*k])).collect()
+    }
+
     /// Checks that everything it names exists.
     ///
     /// # Errors

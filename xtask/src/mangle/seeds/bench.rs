@@ -2,7 +2,8 @@
 
 use crate::mangle::folder::copy;
 use crate::mangle::limits::{self, End, LIMITS};
-use crate::workspace::{Outcome, root};
+pub(super) use crate::workspace::write;
+use crate::workspace::{Outcome, at, read, root};
 use std::{
     fs,
     path::{Path, PathBuf},
@@ -38,7 +39,7 @@ impl Bench<'_> {
     /// A new folder for a seed of this kind and name.
     pub(super) fn folder(&self, kind: &str, name: &str) -> Result<PathBuf, String> {
         let folder = self.place.join(kind).join(name);
-        fs::create_dir_all(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
+        fs::create_dir_all(&folder).map_err(at(&folder))?;
         Ok(folder)
     }
 
@@ -81,7 +82,7 @@ impl Bench<'_> {
 
 /// Copies a folder.
 pub(super) fn from(source: &Path, target: &Path) -> Outcome {
-    copy(source, target).map_err(|e| format!("{}: {e}", source.display()))
+    copy(source, target).map_err(at(source))
 }
 
 /// Copies a folder or file of the repository.
@@ -90,18 +91,12 @@ pub(super) fn own(source: &str, target: &Path) -> Outcome {
     if source.is_dir() {
         return from(&source, target);
     }
-    fs::copy(&source, target).map(drop).map_err(|e| format!("{}: {e}", source.display()))
-}
-
-/// Writes a file, and the folders that it needs.
-pub(super) fn write(path: &Path, bytes: impl AsRef<[u8]>) -> Outcome {
-    let written = path.parent().map_or(Ok(()), fs::create_dir_all).and_then(|()| fs::write(path, bytes));
-    written.map_err(|e| format!("{}: {e}", path.display()))
+    fs::copy(&source, target).map(drop).map_err(at(&source))
 }
 
 /// Replaces parts of a file that must be there.
 pub(super) fn edit(path: &Path, changes: &[(&str, &str)]) -> Outcome {
-    let mut text = fs::read_to_string(path).map_err(|e| format!("{}: {e}", path.display()))?;
+    let mut text = read(path)?;
     for (old, new) in changes {
         if !text.contains(old) {
             return Err(format!("{}: `{old}` is not there; the seeds of mangle expect it", path.display()));

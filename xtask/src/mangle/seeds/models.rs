@@ -4,7 +4,7 @@ use super::{
     bench::{Bench, edit, own, write},
     samples,
 };
-use crate::workspace::{Outcome, root};
+use crate::workspace::{Outcome, at, entries, root};
 use std::{fmt::Write as _, fs};
 
 const CHECK: [&str; 2] = ["check .", "rank . --one-start"];
@@ -18,13 +18,10 @@ pub(super) fn networks(bench: &mut Bench<'_>) -> Outcome {
         "response network.toml --step-hz 50 --plot response.pdf",
     ];
     let folder = root().join("fixtures/networks");
-    let entries = fs::read_dir(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
-    let mut names: Vec<String> =
-        entries.flatten().map(|e| e.file_name().to_string_lossy().into_owned()).collect();
-    names.sort();
-    for name in names {
-        let folder = bench.folder("network", name.trim_end_matches(".toml"))?;
-        own(&format!("fixtures/networks/{name}"), &folder.join("network.toml"))?;
+    for file in entries(&folder)? {
+        let name = file.file_stem().unwrap_or_default().to_string_lossy();
+        let folder = bench.folder("network", &name)?;
+        fs::copy(&file, folder.join("network.toml")).map_err(at(&file))?;
         bench.add("network", folder, &commands, &[]);
     }
     let folder = bench.folder("network", "everything")?;

@@ -139,20 +139,6 @@ pub fn symbol(name: &str) -> String {
     }
 }
 
-/// A value with its standard deviation, both to the second digit of that.
-pub fn with_sd(value: f64, sd: f64) -> String {
-    if !(sd > 0.0 && sd.is_finite()) {
-        return format!("{value:.6e} +- {sd:.1e}");
-    }
-    let size = value.abs().max(sd);
-    if (1e-3..1e6).contains(&size) {
-        let digits = (1.0 - sd.log10().floor()).clamp(0.0, 12.0) as usize;
-        return format!("{value:.digits$} +- {sd:.digits$}");
-    }
-    let digits = ((size / sd).log10().floor() + 1.0).clamp(0.0, 12.0) as usize;
-    format!("{value:.digits$e} +- {sd:.1e}")
-}
-
 /// A unit as figures print it: `1/s` becomes s^{-1}.
 fn in_print(unit: &str) -> String {
     match unit {

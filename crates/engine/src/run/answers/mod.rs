@@ -29,7 +29,7 @@ questions! {
 
 pub use answer::{Answer, AnswerPanel, Layer, LayerLook};
 pub(super) use axes::factor_column;
-pub use axes::{symbol, with_sd};
+pub use axes::symbol;
 pub use beside::{gains_along, left_out_table, residuals_over_factors};
 pub use nodes::MapNodes;
 pub use stability::stability;

@@ -3,8 +3,9 @@
 use super::super::frame::{Frame, FrameColumn, FrameRow, finite};
 use super::super::predicted::Forecast;
 use super::answer::{Answer, AnswerPanel, Layer, LayerLook};
-use super::axes::{axis_label, factor_column, with_sd};
+use super::axes::{axis_label, factor_column};
 use crate::SavedModel;
+use rijke_numerics::words::with_sd;
 use rijke_study::Study;
 use rijke_study::plan::{MapGrid, MapQuestion};
 use std::collections::BTreeMap;

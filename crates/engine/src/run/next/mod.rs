@@ -6,6 +6,7 @@
 mod microphones;
 mod place;
 mod plan;
+mod plot;
 mod predictive;
 mod pressures;
 mod sequence;

@@ -1,0 +1,235 @@
+//! What a file or folder describes of which modes are asked: a network file, the rig of a study, a study at
+//! an operating point by the model that was ranked, or inputs of OSCILOS_lite.
+
+use super::results::{kept, no_stage};
+use super::study::{observations, of_modes, of_the_engine, open_study};
+use crate::run::modes_at;
+use crate::{SavedModel, Spectrum};
+use rijke_network::file::{
+    Built, ElementProblem, FileError, OscilosTexts, doubts_of_oscilos, read, read_oscilos, samples_of_each,
+};
+use rijke_network::flow_chain::FlowChain;
+use rijke_network::{Mode, ModeCurves, Modes, NetworkError, Region};
+use rijke_numerics::{C64, Classify, Failed};
+use rijke_study::Study;
+use std::f64::consts::PI;
+use std::path::{Path, PathBuf};
+
+/// What a file or folder describes.
+pub struct ModeCase {
+    pub(super) path: PathBuf,
+    /// Its name, if it has one.
+    pub title: Option<String>,
+    /// Where modes are sought.
+    pub region: Region,
+    /// Whether nothing in it feeds energy.
+    pub(super) passive: bool,
+    pub(super) warnings: Vec<String>,
+    /// What the numbers include.
+    pub(super) note: Option<String>,
+    /// Where devices lie, m.
+    pub devices: Vec<f64>,
+    pub(super) chain: Chain,
+    remedy: &'static str,
+}
+
+/// What is said of open ends of that program.
+const OPEN_END: &str = "open ends (types 11, 12) are exact here; OSCILOS_lite evaluates a fit at the frequency alone, so that its \
+                        growth rates differ by some 1/s where modes are strongly damped: its numbers stand below the table";
+
+pub(super) enum Chain {
+    /// With the text of the file.
+    File(Box<Built>, String),
+    /// With the names of what acts at places.
+    Oscilos(Box<FlowChain>, Vec<(usize, String)>),
+    /// A model of a study at an operating point.
+    Point(Box<Spectrum>),
+}
+
+impl ModeCase {
+    fn new(path: &Path, region: Region, chain: Chain, remedy: &'static str) -> Self {
+        let (title, warnings, note, devices) = (None, Vec::new(), None, Vec::new());
+        Self { path: path.to_owned(), title, region, passive: false, warnings, note, devices, chain, remedy }
+    }
+
+    /// A network file, or the `rig.toml` of a study at the medians of its priors; frequencies (Hz) between
+    /// `limits` where they are given.
+    pub fn file(path: &Path, limits: [Option<f64>; 2]) -> Result<Self, Failed> {
+        let text = rijke_numerics::read_text(path).or_bad_input().map_err(|failure| {
+            failure.at(path).remedy("Name a network file; fixtures/networks holds examples.")
+        })?;
+        let mut built = match read(&text) {
+            Ok(built) => built,
+            Err(
+                error @ (FileError::Syntax { .. }
+                | FileError::Element { problem: ElementProblem::Keys { .. }, .. }),
+            ) => {
+                return Self::rig(path, &text, limits, &error.to_string());
+            }
+            // What both kinds of file have is refused in both.
+            Err(error) => return Err(Failed::bad_input(error.to_string()).at(path)),
+        };
+        let network = &built.network;
+        let mut devices: Vec<f64> = built.places.iter().map(|(place, _)| network.position(*place)).collect();
+        devices.dedup();
+        let warnings = built.warnings.iter().map(ToString::to_string).collect();
+        let (title, region, passive) = (built.name.take(), built.region, built.passive);
+        let chain = Chain::File(Box::new(built), text);
+        let remedy = "Change the region with [search], --min-hz or --max-hz, or the element named.";
+        Ok(Self { title, passive, warnings, devices, ..Self::new(path, region, chain, remedy) })
+    }
+
+    /// A rig as studies have it, with quantities, formulas and unknowns; `error` says why it is no plain
+    /// network file.
+    fn rig(path: &Path, text: &str, limits: [Option<f64>; 2], error: &str) -> Result<Self, Failed> {
+        const REMEDY: &str =
+            "A rig of a study whose numbers depend on an operating point needs one: --point ID.";
+        let study = Study::of_rig(path).map_err(|of_the_study| {
+            // A file of studies, or one whose numbers have units.
+            let text_of_a_number = error.split("invalid type: string \"").nth(1).unwrap_or_default();
+            let with_unit = text_of_a_number.starts_with(|c: char| c.is_ascii_digit());
+            if text.contains("[microphones]") || text.contains('$') || with_unit {
+                let of_the_study = of_the_study.to_string();
+                let needs_a_point = of_the_study.contains("factor");
+                let failure = Failed::bad_input(of_the_study);
+                if needs_a_point { failure.remedy(REMEDY) } else { failure }
+            } else {
+                Failed::bad_input(error).at(path)
+            }
+        })?;
+        let (region, spectrum, devices, _) =
+            modes_at(&study, None, None, 0, limits).map_err(|e| of_the_engine(&e, path).remedy(REMEDY))?;
+        let unknowns: Vec<&str> = study.rig.own.parameters.iter().map(|p| p.name.as_str()).collect();
+        let warnings =
+            Vec::from_iter((!unknowns.is_empty()).then(|| {
+                format!("unknown numbers are at the medians of their priors: {}", unknowns.join(", "))
+            }));
+        let (title, chain) = (Some(study.rig.name), Chain::Point(Box::new(spectrum)));
+        let remedy = "Change the region with [search] of the file.";
+        Ok(Self { title, warnings, devices, ..Self::new(path, region, chain, remedy) })
+    }
+
+    /// Inputs of OSCILOS_lite.
+    pub fn oscilos(folder: &Path) -> Result<Self, Failed> {
+        let inputs = folder.join("Inputs");
+        let path = if inputs.is_dir() { inputs } else { folder.to_path_buf() };
+        let text = |name: &str| {
+            let file = path.join(name);
+            rijke_numerics::read_text(&file).or_bad_input().map_err(|failure| {
+                failure.at(&file).remedy("Name the folder that holds the inputs of OSCILOS_lite.")
+            })
+        };
+        let texts = OscilosTexts {
+            geometry: text("Geometry.txt")?,
+            mean_flow: text("Mean_flow.txt")?,
+            flame: if path.join("Flame.txt").exists() { Some(text("Flame.txt")?) } else { None },
+            inlet: text("Inlet.txt")?,
+            outlet: text("Outlet.txt")?,
+            scan_range: text("Scan_range.txt")?,
+        };
+        let (chain, region) = read_oscilos(&texts).or_bad_input().map_err(|failure| failure.at(&path))?;
+        let (mut x, mut names, mut devices) = (0.0, Vec::new(), Vec::new());
+        for (place, duct) in chain.ducts().iter().enumerate() {
+            if !duct.actions.is_empty() || duct.ratio != 1.0 {
+                names.push((place, "flame".to_owned()));
+                devices.push(x);
+            }
+            x += duct.length;
+        }
+        // Kinds 11 and 12 are open ends, of which that program evaluates a fit.
+        let kind = |text: &str| text.lines().nth(1)?.split_whitespace().next()?.parse::<f64>().ok();
+        let open = [&texts.inlet, &texts.outlet].into_iter().filter_map(|text| kind(text)).any(|k| k >= 11.0);
+        let mut warnings = Vec::from_iter(open.then(|| OPEN_END.to_owned()));
+        warnings.extend(doubts_of_oscilos(&texts));
+        let chain = Chain::Oscilos(Box::new(chain), names);
+        let remedy = "Change Scan_range.txt, or give --min-hz and --max-hz.";
+        Ok(Self { warnings, devices, ..Self::new(&path, region, chain, remedy) })
+    }
+
+    /// A point of a study, by the model of a stage if it was ranked.
+    pub fn point(
+        dir: &Path,
+        id: &str,
+        stage: Option<&str>,
+        limits: [Option<f64>; 2],
+    ) -> Result<Self, Failed> {
+        let study = open_study(dir)?;
+        of_modes(&study)?;
+        let there = dir.join("observations").is_dir();
+        let observed = there.then(|| observations(&study)).transpose()?;
+        let last = study.plan.stages.last().map(|s| s.id.as_str()).unwrap_or_default();
+        let name = stage.unwrap_or(last);
+        if study.plan.stage(name).is_none() {
+            return Err(no_stage(name, &study.plan, dir));
+        }
+        let ranked = dir.join("results/models").join(format!("{name}.json")).is_file();
+        let model: Option<SavedModel> =
+            (ranked || stage.is_some()).then(|| kept(dir, "models", name)).transpose()?;
+        let Some((k, _)) = study.campaign.point(id) else {
+            let some: Vec<&str> = study.campaign.points.iter().take(8).map(|p| p.id.as_str()).collect();
+            return Err(Failed::bad_input(format!("there is no operating point called `{id}`"))
+                .at(&dir.join(&study.campaign.file))
+                .remedy(format!("Give one of its names: {} ...", some.join(", "))));
+        };
+        let (region, spectrum, devices, temperature) =
+            modes_at(&study, observed.as_ref(), model.as_ref(), k, limits)
+                .map_err(|e| of_the_engine(&e, dir))?;
+        let by = match &model {
+            Some(model) => model.candidates.values().cloned().collect::<Vec<_>>().join(", "),
+            None => "the first candidates, at the centre of their priors".to_owned(),
+        };
+        let [stated, counts] = temperature;
+        let note = model.is_some().then(|| {
+            let shared = if (counts - stated).abs() > 1e-9 {
+                format!("{counts:.3} K at x = 0 with the errors that the training inferred, {stated:.3} K as stated")
+            } else {
+                format!("{stated:.3} K at x = 0 as stated: no error of it that points share was inferred")
+            };
+            format!(
+                "the model at its most probable parameters, in gas of {shared}; `rijke predict` gives the same modes to first order in these errors, \
+                 with their uncertainty"
+            )
+        });
+        let title = Some(format!("{} at {id}, by {by}", study.plan.name));
+        let (warnings, chain) = (study.rig.doubts.clone(), Chain::Point(Box::new(spectrum)));
+        let remedy = "Change the region with [search] of rig.toml, --min-hz or --max-hz.";
+        Ok(Self { title, warnings, note, devices, ..Self::new(dir, region, chain, remedy) })
+    }
+
+    pub(super) fn bad<T>(&self, outcome: Result<T, NetworkError>) -> Result<T, Failed> {
+        outcome.or_bad_input().map_err(|failure| failure.at(&self.path).remedy(self.remedy))
+    }
+
+    pub(super) fn modes(&self) -> Result<Modes, Failed> {
+        self.bad(match &self.chain {
+            Chain::File(built, _) => built.modes(&self.region),
+            Chain::Oscilos(chain, _) => chain.modes(&self.region),
+            Chain::Point(spectrum) => Ok(spectrum.modes.clone()),
+        })
+    }
+
+    /// Poles of laws within the region: growth rate and frequency.
+    pub fn poles(&self) -> Result<Vec<[f64; 2]>, Failed> {
+        let poles: Vec<C64> = self.bad(match &self.chain {
+            Chain::File(built, _) => built.poles(&self.region),
+            Chain::Oscilos(chain, _) => {
+                chain.poles(&self.region).map(|all| all.into_iter().map(|p| p.0).collect())
+            }
+            Chain::Point(spectrum) => Ok(spectrum.poles.clone()),
+        })?;
+        let inside = poles.into_iter().filter(|s| self.region.contains(*s));
+        Ok(inside.map(|s| [s.re, s.im / (2.0 * PI)]).collect())
+    }
+
+    /// Shape of a mode and sensitivities of its growth rate along x.
+    pub fn curves(&self, mode: &Mode) -> Result<ModeCurves, Failed> {
+        let root = mode.root();
+        let stations = match &self.chain {
+            Chain::File(built, _) => built.along(&root, samples_of_each(built.ducts())),
+            Chain::Oscilos(chain, _) => chain.along(&root, samples_of_each(chain.ducts().len())),
+            Chain::Point(spectrum) => Ok(spectrum.of(mode).map_or_else(Vec::new, |m| m.stations.clone())),
+        }
+        .or_failed()?;
+        Ok(ModeCurves::of(mode.s, &stations))
+    }
+}

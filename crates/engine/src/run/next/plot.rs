@@ -1,0 +1,40 @@
+//! What further points would tell, over the factors.
+
+use super::{Next, Suggestion};
+use rijke_rig::{DataKind, Look, Plot, PlotCurve, PlotPanel};
+use rijke_study::Campaign;
+
+impl Next {
+    /// Information over every factor that has more than one value; the points of the plan again in another
+    /// colour.
+    #[must_use]
+    pub fn plot(&self, campaign: &Campaign, data: DataKind) -> Plot {
+        let planned = |s: &&Suggestion| self.plan.iter().any(|step| step.point == s.point);
+        let panel = |k: usize| {
+            let dots = |list: Vec<&Suggestion>| -> Vec<[f64; 2]> {
+                list.into_iter().filter_map(|s| Some([s.factors[k]?, s.nats])).collect()
+            };
+            let all = dots(self.points.iter().collect());
+            let factor = &campaign.factors[k];
+            let varies = all.windows(2).any(|w| w[0][0] != w[1][0]);
+            varies.then(|| PlotPanel {
+                x: format!("{} / {}", factor.name, factor.unit),
+                y: "expected information / nats".to_owned(),
+                curves: vec![
+                    PlotCurve::new("a possible point", Look::Dots(0), all),
+                    PlotCurve::new(
+                        "a point of the plan",
+                        Look::Dots(1),
+                        dots(self.points.iter().filter(planned).collect()),
+                    ),
+                ],
+                marks: Vec::new(),
+            })
+        };
+        Plot {
+            title: format!("What further points would tell: {}", self.stage),
+            data,
+            panels: (0..campaign.factors.len()).filter_map(panel).collect(),
+        }
+    }
+}

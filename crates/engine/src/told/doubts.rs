@@ -1,0 +1,26 @@
+//! What is said of parameters and of models that cannot be fitted.
+
+use crate::run::TrainedParameter;
+use rijke_numerics::Tell;
+
+/// The reasons of a remark, which has a line for each.
+pub fn reasons(remark: &Option<String>) -> impl Iterator<Item = &str> {
+    remark.iter().flat_map(|remark| remark.lines())
+}
+
+/// Says of a parameter that the data tell next to nothing of it.
+pub(super) fn not_identified(p: &TrainedParameter, tell: &dyn Tell) {
+    if p.is_as_before() {
+        tell.say(format!("          not identified by these data: {} is as its prior", p.name));
+    }
+}
+
+/// Warns of a parameter that lies far from its prior.
+pub fn warn_of_prior(p: &TrainedParameter, tell: &dyn Tell) {
+    if let Some(z) = p.conflict() {
+        tell.note(format!(
+            "warning: {} lies {z:.1} sd of its prior from what was known before: prior and data contradict each other, or the model is wrong",
+            p.name
+        ));
+    }
+}

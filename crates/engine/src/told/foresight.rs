@@ -1,0 +1,63 @@
+//! What is said of what a campaign could tell.
+
+use crate::run::StageForesight;
+use rijke_numerics::Tell;
+use rijke_numerics::words::counted;
+use rijke_study::Study;
+use rijke_study::plan::Stage;
+use std::collections::BTreeMap;
+
+/// Says it of a stage.
+pub fn tell_foresight(study: &Study, stage: &StageForesight, tell: &dyn Tell) {
+    tell.say(format!("{} ({})", stage.title, counted(stage.points, "operating point")));
+    let grounds = study.plan.stage(&stage.id).map_or_else(Vec::new, |(_, plan)| study.plan.grounds(plan));
+    if !grounds.is_empty() {
+        tell.say(format!("  these widths leave out what {} tells", grounds.join(", ")));
+    }
+    if stage.observed == Some(0) && !grounds.is_empty() {
+        tell.say("  none of them was observed: its modes are predicted, and nothing is trained".to_owned());
+    } else if stage.observed == Some(0) {
+        tell.say("  none of them was observed: `rijke rank` needs --until an earlier stage".to_owned());
+    }
+    if stage.assumed > 0 {
+        tell.say(format!(
+            "  the gas at {} of them is not inferred yet: taken as ambient and at rest, so that what depends on heat or flow is not judged",
+            stage.assumed
+        ));
+    }
+    if let Some((_, plan)) = study.plan.stage(&stage.id)
+        && (&plan.noise.installation, plan.noise.varying.len()) == (&None, 0)
+        && let shared = shared_installations(study, plan)
+        && shared > 0
+    {
+        tell.say(format!(
+            "  {shared} installations hold several of these points each, which count as independent: if assemblies differ, state `installation` in the noise of this stage"
+        ));
+    }
+    if study.plan.stage(&stage.id).is_some_and(|(_, plan)| plan.base_errors) {
+        tell.say("  these widths leave out the errors of the gas, which training counts: the posterior can be several times wider".to_owned());
+    }
+    for model in &stage.models {
+        let widths =
+            model.widths.iter().map(|(name, w)| format!("{name} {w:.2}")).collect::<Vec<_>>().join(", ");
+        tell.say(format!("  {}: width after the measurements over that of the prior: {widths}", model.id));
+        for (direction, share) in &model.unidentified {
+            tell.say(format!(
+                "    not identified: {direction} keeps {:.0} % of its prior width",
+                100.0 * share
+            ));
+        }
+        if !model.lost.is_empty() {
+            tell.say(format!("    no mode at the centre of the priors at {}", model.lost.join(", ")));
+        }
+    }
+}
+
+/// How many installations have several points of a stage.
+fn shared_installations(study: &Study, stage: &Stage) -> usize {
+    let mut points: BTreeMap<&str, usize> = BTreeMap::new();
+    for point in study.campaign.points.iter().filter(|p| stage.points.holds(&study.campaign, p)) {
+        *points.entry(&point.installation).or_default() += 1;
+    }
+    points.values().filter(|n| **n > 1).count()
+}

@@ -1,0 +1,64 @@
+//! What is said of a stage that trained on responses.
+
+use super::doubts::{reasons, warn_of_prior};
+use crate::response::ResponseStageRecord;
+use rijke_numerics::Tell;
+use rijke_numerics::words::{counted, quantity};
+
+/// The models of a stage, best first.
+pub fn tell_responses(stage: &ResponseStageRecord, tell: &dyn Tell) {
+    let count: usize = stage.loads.iter().map(|l| l.frequency_hz.len()).sum();
+    let all: usize = stage.loads.iter().map(|l| l.of).sum();
+    tell.say(format!(
+        "{} ({}, {count} of the {all} complex numbers in their files)",
+        stage.title,
+        counted(stage.loads.len(), "response")
+    ));
+    let models = stage.by_evidence();
+    let best = models.first().map_or(0.0, |m| m.ln_evidence());
+    for model in &models {
+        if model.evidence.is_none() {
+            tell.say(format!("  no evidence     {}: {}", model.id, model.remark.as_deref().unwrap_or("")));
+            continue;
+        }
+        tell.say(format!("  {:>9.1} nats  {}", model.ln_evidence() - best, model.id));
+        for remark in reasons(&model.remark) {
+            tell.say(format!("                  {remark}"));
+        }
+    }
+    if let [first, second, ..] = models[..]
+        && first.ln_evidence() - second.ln_evidence() < stage.decides
+    {
+        tell.say(format!(
+            "  not decided: {} and {} are less than {} nats apart",
+            first.id, second.id, stage.decides
+        ));
+    } else if let [first, _, ..] = models[..]
+        && first.too_sure
+    {
+        tell.say("  what the best model leaves is not noise: its lead is too sure".to_owned());
+    }
+    if let Some(model) = models.first() {
+        let (own, errors, channels) = model.by_kind();
+        let told = errors.iter().filter(|p| !p.is_as_before());
+        for p in own.iter().chain(told).chain(channels) {
+            tell.say(format!("      {} = {}", p.name, quantity(p.value, p.sd, &p.unit)));
+            warn_of_prior(p, tell);
+        }
+        let untold = errors.iter().filter(|p| p.is_as_before()).count();
+        if untold > 0 {
+            tell.say(format!(
+                "      {untold} stated {} counted, of which these data tell nothing",
+                if untold == 1 { "error is" } else { "errors are" }
+            ));
+        }
+        for n in model.noise.iter().filter(|n| n.floats) {
+            let unit = if n.unit == "1" { "" } else { &n.unit };
+            tell.say(format!("      {}: {:.3e} {unit}", n.name, n.sd).trim_end().to_owned());
+        }
+        tell.say(format!(
+            "      residual {:.3e}, correlation of neighbours {:.2}",
+            model.residual, model.neighbours
+        ));
+    }
+}

@@ -1,0 +1,154 @@
+//! What is said of a stage that trained on modes, and of its gas.
+
+use super::doubts::{not_identified, warn_of_prior};
+use crate::run::{Asked, FarOff, Missing, StageRecord};
+use rijke_numerics::Tell;
+use rijke_numerics::words::{counted, quantity, rounded, with_sd};
+use rijke_study::HeatedFit;
+
+/// A misfit in growth rate (1/s), frequency (rad/s) and relative pressure that is none.
+const NO_MISFIT: [f64; 3] = [1e-7, 1e-6, 1e-9];
+
+/// The models of a stage, best first.
+pub fn tell_stage(stage: &StageRecord, tell: &dyn Tell) {
+    tell.say(format!("{} ({})", stage.title, counted(stage.measured.len(), "mode")));
+    let models = stage.by_evidence();
+    let best = models.first().map_or(0.0, |m| m.ln_evidence());
+    let of_all = stage.remarks_of_all();
+    for model in models {
+        let mark = if model.id == stage.chosen { "  <- goes on" } else { "" };
+        match model.evidence {
+            Some(_) => {
+                tell.say(format!("  {:>9.1} nats  {}{mark}", model.ln_evidence() - best, model.id));
+                for remark in model.remarks().filter(|line| !of_all.contains(line)) {
+                    tell.say(format!("                  {remark}"));
+                }
+            }
+            None => {
+                tell.say(format!(
+                    "  no evidence     {}: {}",
+                    model.id,
+                    model.remark.as_deref().unwrap_or("")
+                ));
+            }
+        }
+    }
+    of_all.iter().for_each(|said| tell.say(format!("      of all these: {said}")));
+    if let Some(model) = stage.models.iter().find(|m| m.id == stage.chosen) {
+        carried_on(stage, tell);
+        if let Some((other, behind)) = stage.nearest().filter(|(_, behind)| *behind < stage.decides) {
+            let (leader, lead) = if behind < 0.0 { (other, -behind) } else { (model, behind) };
+            let right = if behind < 0.0 { model.id.as_str() } else { "it" };
+            tell.say(format!(
+                "      not decided: {} leads by {lead:.1} nats, fewer than the {:.1} that decide; the numbers below hold if {right} is right",
+                leader.id, stage.decides
+            ));
+        }
+        for assumed in &stage.assumes {
+            tell.say(format!("      these numbers stand on a choice that is not decided. {assumed}."));
+        }
+        // What a search leaves of a noise that the data choose to be none.
+        let size = |k: usize| Some(model.misfit[k].abs()).filter(|v| *v >= NO_MISFIT[k]).unwrap_or(0.0);
+        let [growth, frequency, pressure] = [0, 1, 2].map(size);
+        let trained = !stage.measured.is_empty();
+        let misfit = format!(
+            "      misfit beyond the measured errors: {} 1/s, {} Hz, {} of relative pressures",
+            rounded(growth),
+            rounded(frequency / std::f64::consts::TAU),
+            rounded(pressure)
+        );
+        tell.say(if trained { misfit } else { "      no mode was measured: nothing was trained".to_owned() });
+        if let Some(far) = FarOff::of(&stage.measured, model) {
+            tell.say(format!("      {}", far.words()));
+        }
+        for p in &model.parameters {
+            let averaged = p.averaged.map_or(String::new(), |[value, sd]| {
+                format!("; {} averaged over what earlier stages leave open", with_sd(value, sd))
+            });
+            tell.say(format!("      {} = {}{averaged}", p.name, quantity(p.value, p.sd, &p.unit)));
+            if trained {
+                not_identified(p, tell);
+            }
+            warn_of_prior(p, tell);
+        }
+    }
+    if let Some(lengths) = &stage.lengths {
+        tell.say(format!("      {}", lengths.words()));
+    }
+    if let Some(missing) = &stage.missing {
+        still_asked(missing, tell);
+    }
+}
+
+/// What later stages make of the models that a stage leaves open.
+fn carried_on(stage: &StageRecord, tell: &dyn Tell) {
+    if !stage.carried.is_empty() {
+        tell.say("      these points leave models open; with the best models of later stages (in brackets) they have:".to_owned());
+    }
+    for (open, nats) in stage.carried_below_best() {
+        let later: Vec<&str> = open.later.iter().map(|l| l.model.as_str()).collect();
+        let mark = if open.id == stage.chosen { "  <- goes on" } else { "" };
+        tell.say(match nats {
+            Some(nats) => format!("  {nats:>9.1} nats  {} ({}){mark}", open.id, later.join("; ")),
+            None => format!("  no evidence     {}: a later stage has no model that could be fitted", open.id),
+        });
+    }
+    stage.not_carried().iter().for_each(|said| tell.say(format!("      {said}")));
+}
+
+/// The first terms that the data still ask for.
+fn still_asked(missing: &Missing, tell: &dyn Tell) {
+    let Some(first) = missing.families.first() else { return };
+    let tried = missing.tried;
+    if first.first.probability > Missing::CHANCE {
+        tell.say(format!(
+            "      missing: nothing beyond chance; the best of {tried} terms is {} (p = {:.2})",
+            first.first.words(),
+            first.first.probability
+        ));
+        return;
+    }
+    tell.say(
+        "      the data ask for more than this model; the deviations above take it for complete:".to_owned(),
+    );
+    for (k, family) in
+        missing.families.iter().take(2).enumerate().filter(|(_, f)| f.beyond.1 <= Missing::CHANCE)
+    {
+        let (Asked { strength: [value, sd], unit, gain, .. }, (beyond, probability)) =
+            (&family.first, family.beyond);
+        let (word, gain) = if k == 0 { ("missing", *gain) } else { ("and beyond that", beyond) };
+        tell.say(format!(
+            "      {word}: {} = {}: {gain:+.1} nats expected, p = {probability:.3} ({} of {tried} terms cannot be told from it)",
+            family.first.words(),
+            quantity(*value, *sd, unit),
+            family.like.len()
+        ));
+    }
+}
+
+/// What thermometers say of the heat of a stream.
+pub fn tell_heat(heat: &HeatedFit, tell: &dyn Tell) {
+    tell.note(format!(
+        "the gas gets {} of the power, and gives {} W/(m^2 K) to the wall, by the readings",
+        with_sd(heat.share[0], heat.share[1]),
+        with_sd(heat.cooling[0], heat.cooling[1])
+    ));
+    if let Some([ratio, sd]) = heat.near {
+        tell.note(format!("one diameter behind the part it gives {} times that", with_sd(ratio, sd)));
+    }
+    tell.note(format!(
+        "the rise of the gas scatters from point to point by {:.2} % (root mean square of the posterior; 95 % of it from {:.2} to {:.2} %)",
+        100.0 * heat.scatter,
+        100.0 * heat.scatter_within[0],
+        100.0 * heat.scatter_within[1]
+    ));
+    let [offset, sd, before] = heat.common;
+    if before > 0.0 && !heat.thermometers.is_empty() {
+        tell.note(format!(
+            "the thermometers together read {} K too much, by readings and heat (0 +- {} before them)",
+            with_sd(offset, sd),
+            rounded(before)
+        ));
+    }
+    tell.warn(&heat.warnings());
+}

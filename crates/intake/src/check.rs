@@ -1,0 +1,105 @@
+//! The records of a folder, every sample of every file, before any work.
+
+use crate::excited::{Checked, Excited};
+use crate::{Intake, OpenStudy};
+use rayon::prelude::*;
+use rijke_numerics::{Failed, Tell, words::counted};
+use rijke_rig::{DataKind, Record, RecordSet, RigError};
+use serde_json::{Value, json};
+use std::path::Path;
+
+/// At most this many wrong files are listed.
+const MOST: usize = 20;
+
+/// Reads every record of a folder, and says what it holds.
+///
+/// # Errors
+/// Files that cannot be read or processed, with the remedy.
+pub fn check_records(dir: &Path, open: OpenStudy<'_>, tell: &dyn Tell) -> Result<Value, Failed> {
+    match Excited::checked(dir, open)? {
+        Some(Checked::Records(files)) => {
+            tell.say(format!(
+                "{files} records of random noise, sweeps or blows, all of which can be processed"
+            ));
+            return Ok(json!({ "records": files }));
+        }
+        Some(Checked::Elsewhere(warning)) => {
+            tell.note(format!("warning: {warning}"));
+            tell.say("the records were not checked".to_owned());
+            return Ok(json!({ "records": null }));
+        }
+        None => {}
+    }
+    let intake = Intake::open(dir, open)?;
+    let (source, set) = (intake.source(), intake.source().set());
+    let records = set.items();
+    let done = tell.progress("reading", records.len() as u64);
+    let read: Vec<Result<usize, RigError>> = records
+        .par_iter()
+        .map(|record| {
+            let samples = record.read(source);
+            done(1);
+            samples.map(|r| clipped(&r))
+        })
+        .collect();
+    drop(done);
+
+    let wrong: Vec<_> = read.iter().filter_map(|r| r.as_ref().err()).collect();
+    if !wrong.is_empty() {
+        let shown: Vec<_> = wrong.iter().take(MOST).map(ToString::to_string).collect();
+        let rest = wrong.len().saturating_sub(MOST);
+        let rest = if rest > 0 { format!("\nand {rest} more") } else { String::new() };
+        let text = format!("{} of {} files are wrong\n{}{rest}", wrong.len(), read.len(), shown.join("\n"));
+        return Err(Failed::bad_input(text)
+            .at(dir)
+            .remedy("Mend each file as its line says, or take it out of the manifest; then check again."));
+    }
+    intake.twins()?.into_iter().for_each(|said| tell.note(said));
+    describe(set, tell);
+    for (record, clipped) in records.iter().zip(read.iter().flatten()).filter(|(_, c)| **c > 0) {
+        tell.say(format!(
+            "clipped: {} ({clipped} samples); `rijke process` will reject it",
+            record.name(set)
+        ));
+    }
+    let clipped = records.iter().zip(read.iter().flatten()).filter(|(_, c)| **c > 0);
+    let clipped: Vec<_> = clipped.map(|(r, c)| json!({ "file": r.name(set), "samples": c })).collect();
+    let answer = json!({
+        "rig": set.rig.name, "kind": set.kind, "source": set.source, "points": set.points.len(), "days": set.days.len(),
+        "pings": set.points.iter().map(|p| p.pings.len()).sum::<usize>(),
+        "clicks": set.points.iter().map(|p| p.clicks.len()).sum::<usize>(), "clipped": clipped,
+    });
+    Ok(answer)
+}
+
+/// How many samples of a record are at the limit of the instrument.
+fn clipped(record: &Record) -> usize {
+    (0..record.channels.len()).map(|m| record.clipped(m)).sum()
+}
+
+fn describe(set: &RecordSet, tell: &dyn Tell) {
+    let kind = match set.kind {
+        DataKind::Measured => "measured",
+        DataKind::Virtual => "virtual",
+    };
+    tell.say(format!("{}: {kind} data, {}", set.rig.name, set.source));
+    let pings: usize = set.points.iter().map(|p| p.pings.len()).sum();
+    let clicks: usize = set.points.iter().map(|p| p.clicks.len()).sum();
+    tell.say(format!(
+        "{} on {}: {} at {} Hz, {} at {} Hz",
+        counted(set.points.len(), "operating point"),
+        counted(set.days.len(), "day"),
+        counted(pings, "ping"),
+        set.ping.rate_hz,
+        counted(clicks, "click"),
+        set.click.rate_hz
+    ));
+    for calibration in &set.calibrations {
+        tell.say(format!(
+            "{} at {} Hz on {}",
+            counted(calibration.clicks.len(), "calibration click"),
+            calibration.stretch.rate_hz,
+            set.days[calibration.day].id
+        ));
+    }
+}

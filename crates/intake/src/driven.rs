@@ -1,0 +1,301 @@
+//! Records of a rig that random noise, a sweep or a periodic sound drives: gains of the channels, pressures,
+//! transmission.
+
+use crate::made::{Made, head, point_of};
+use crate::switched;
+use rijke_numerics::{Classify, Failed, Tell};
+use rijke_rig::{Driven, ExcitedRecords, Specimen, SpectraKind};
+use rijke_signal::{
+    ChannelGains, Fault, LossBand, PressureFault, RelativePressures, Spectra, Swept, SweptOptions,
+    SwitchedGains, TransmissionLoss, TransmissionTube, TubeDuct, TubeErrors,
+};
+use rijke_study::{DuctAt, Study};
+use serde_json::{Value, json};
+
+/// Gains of the channels, pressures at the operating points over that at the first microphone, and what
+/// specimens let through.
+pub(crate) fn driven(
+    records: &ExcitedRecords,
+    driven: &Driven,
+    study: &Study,
+    tell: &dyn Tell,
+) -> Result<Made, Failed> {
+    let names = &study.rig.microphones.names;
+    let n = names.len();
+    let made = Records { records, driven, names };
+    let is_whole = matches!(driven.spectra, SpectraKind::Whole { .. });
+    let table = if is_whole { "sweep" } else { "random" };
+    if let Some(strange) = driven.switched.iter().find(|s| !(1..n).contains(&s.channel)) {
+        return Err(Failed::bad_input(format!(
+            "[[{table}.switched]]: channel {} of {}",
+            strange.channel, strange.file
+        ))
+        .at(&records.path)
+        .remedy(format!(
+            "Give a channel from 1 to {}: the one that changed places with channel 0.",
+            n.saturating_sub(1)
+        )));
+    }
+    let (mut files, mut pairs) = (Vec::new(), Vec::new());
+    let gains = if driven.straight.is_empty() {
+        match driven.stated(n, &records.path).or_bad_input()? {
+            Some(stated) => {
+                // Spectra of noise are written without the errors of the gains.
+                if !is_whole && study.rig.microphones.channel_errors().is_none() {
+                    tell.note("warning: stages do not count the errors of the gains that the manifest states: give `gain_sd` and `delay_sd` in [microphones] of rig.toml too".to_owned());
+                }
+                ChannelGains::Stated(stated)
+            }
+            None => {
+                tell.note("warning: the channels are taken to have the same gain, without error: add `straight` and `switched` records, or `[microphones]` with gains and their errors".to_owned());
+                ChannelGains::Equal
+            }
+        }
+    } else {
+        let gains = made.switched()?;
+        pairs = pairs_of(&gains, names, tell);
+        switched::say_inverted(&gains, driven, names, tell);
+        files.push(("gains.csv".to_owned(), gains_table(&gains, names)));
+        ChannelGains::Switched(gains)
+    };
+    let mut toml = head(records);
+    toml += "\n[[response]]\nkind = \"pressures\"\n";
+    if let Some(sources) = &driven.sources {
+        toml += &format!("sources = {}\n", json!(sources));
+    }
+    toml += "[response.files]\n";
+    let (mut points, mut losses, mut checks) = (Vec::new(), Vec::new(), Vec::new());
+    for (point, list) in &driven.points {
+        let index = point_of(study, point, &format!("[{table}.points]"), records)?;
+        let heard = made.heard(list, &gains)?;
+        toml += &format!("{} = \"pressures/{point}.csv\"\n", json!(point));
+        let cells = |c: usize, k: usize| {
+            let p = heard.pressures[k][c];
+            vec![p.re, p.im, heard.relative_sd[k][c] * p.norm()]
+        };
+        let text = rows_of(&heard.frequency_hz, names, "", cells, &["_re", "_im", "_sd"]);
+        files.push((format!("pressures/{point}.csv"), text));
+        if is_whole {
+            let (used, of) = (heard.frequency_hz.len(), heard.frequency_hz.len() + heard.left_out);
+            let middle = heard.median_sd();
+            tell.say(format!(
+                "{point}: {used} of {of} frequencies, relative standard deviation {middle:.1e} (median)"
+            ));
+            points.push(json!({ "point": point, "frequencies": used, "left_out": heard.left_out, "relative_sd": middle }));
+        }
+        let Some(specimen) = &driven.transmission else { continue };
+        let (text, bands) = transmission(&heard, specimen, study, index, records)?;
+        files.push((format!("transmission/{point}.csv"), text));
+        let is_specimen = specimen.points.contains(point);
+        for b in &bands {
+            let ([from, to], [loss, sd], [down, up]) = (b.from_to_hz, b.loss_db, b.through);
+            tell.say(if is_specimen {
+                format!(
+                    "{point}, {from:.0} to {to:.0} Hz: transmission loss {loss:.2} +- {sd:.2} dB, energy {:.3}",
+                    b.energy
+                )
+            } else {
+                format!(
+                    "{point}, {from:.0} to {to:.0} Hz: energy {:.3}, through it downstream {down:.3} and upstream {up:.3}",
+                    b.energy
+                )
+            });
+        }
+        let numbers = |b: &LossBand| {
+            [
+                b.from_to_hz[0],
+                b.from_to_hz[1],
+                b.loss_db[0],
+                b.loss_db[1],
+                b.energy,
+                b.through[0],
+                b.through[1],
+            ]
+        };
+        let kept = if is_specimen { &mut losses } else { &mut checks };
+        kept.push(json!({ "point": point, "bands": bands.iter().map(numbers).collect::<Vec<_>>() }));
+    }
+    toml += "[response.columns]\n\"f [Hz]\" = \"f\"\n";
+    // The errors of Welch's spectra are those of ratios, which share that of the first microphone: the noise
+    // of a stage stands for them.
+    let ends: &[&str] = if is_whole { &["re", "im", "sd"] } else { &["re", "im"] };
+    for name in names {
+        ends.iter().for_each(|end| toml += &format!("{name}_{end} = \"{name}_{end}\"\n"));
+    }
+    files.push(("observations.toml".to_owned(), toml));
+    let answer = json!({ "pairs": pairs, "points": points, "transmission": losses, "empty": checks });
+    Ok((files, answer))
+}
+
+/// The records of a manifest, on their way to spectra.
+struct Records<'a> {
+    records: &'a ExcitedRecords,
+    driven: &'a Driven,
+    names: &'a [String],
+}
+
+impl Records<'_> {
+    fn read(&self, file: &str) -> Result<Vec<Vec<f64>>, Failed> {
+        Ok(self.records.read(file, Some(self.names.len())).or_bad_input()?.channels)
+    }
+
+    /// A fault of records as a failure.
+    fn fault(&self, files: &[String], fault: &Fault) -> Failed {
+        let listed = files.join(", ");
+        let remedy = match (fault, self.driven.spectra) {
+            (Fault::DeadChannel { channel, .. }, _) => {
+                format!("Leave microphone {} out of the rig, or record {listed} again.", self.names[*channel])
+            }
+            (_, SpectraKind::Segments { .. }) => format!("Look at {listed}, or shorten `segment`."),
+            _ => format!("Look at {listed}, or change `band_hz`, `resolution_hz` or `period`."),
+        };
+        Failed::bad_input(format!("{listed}: {fault}")).at(&self.records.path).remedy(remedy)
+    }
+
+    fn swept(&self, files: &[String], resolution_hz: f64, period: Option<usize>) -> Result<Swept, Failed> {
+        let all = files.iter().map(|file| self.read(file)).collect::<Result<Vec<_>, _>>()?;
+        let options = SweptOptions { band_hz: self.records.band_hz, resolution_hz, period };
+        Swept::new(&all, self.records.rate_hz, &options).map_err(|fault| self.fault(files, &fault))
+    }
+
+    fn spectra(&self, files: &[String]) -> Result<Spectra, Failed> {
+        match self.driven.spectra {
+            SpectraKind::Whole { resolution_hz, period, .. } => {
+                Ok(self.swept(files, resolution_hz, period)?.spectra)
+            }
+            SpectraKind::Segments { segment } => {
+                let channels = files.first().map(|file| self.read(file)).transpose()?.unwrap_or_default();
+                Spectra::welch(&channels, self.records.rate_hz, segment, self.records.band_hz)
+                    .map_err(|fault| self.fault(files, &fault))
+            }
+        }
+    }
+
+    /// Gains from records in which channels have changed places.
+    fn switched(&self) -> Result<SwitchedGains, Failed> {
+        let straight = self.spectra(&self.driven.straight)?;
+        let one =
+            |s: &rijke_rig::SwitchedRecord| Ok((s.channel, self.spectra(std::slice::from_ref(&s.file))?));
+        let switched: Vec<(usize, Spectra)> =
+            self.driven.switched.iter().map(one).collect::<Result<_, Failed>>()?;
+        let polynomials = self.driven.polynomials;
+        let gains = SwitchedGains::new(&straight, &switched, self.names.len(), polynomials)
+            .map_err(|fault| Failed::bad_input(fault).at(&self.records.path))?;
+        match gains.doubt(&straight, &switched, polynomials) {
+            Some(doubt) => Err(switched::failure(&doubt, self.driven, self.names).at(&self.records.path)),
+            None => Ok(gains),
+        }
+    }
+
+    /// What the microphones hear in the records of an operating point.
+    fn heard(&self, files: &[String], gains: &ChannelGains) -> Result<RelativePressures, Failed> {
+        let SpectraKind::Whole { resolution_hz, period, coherence } = self.driven.spectra else {
+            return Ok(RelativePressures::of_noise(self.spectra(files)?, self.names.len(), gains));
+        };
+        let found = self.swept(files, resolution_hz, period)?;
+        RelativePressures::of_sweeps(&found, coherence, gains).map_err(|fault| {
+            let remedy = match fault {
+                PressureFault::OtherLength => {
+                    "Record all sweeps for the same time, or cut the files to one length."
+                }
+                PressureFault::Incoherent { .. } => {
+                    "Look whether `band_hz` holds the frequencies of the sweep; drive it longer or louder, or lower `coherence`."
+                }
+            };
+            let what = format!("{}: {fault}", files.join(", "));
+            Failed::bad_input(what).at(&self.records.path).remedy(remedy)
+        })
+    }
+}
+
+/// Says what the gains are, and how far their estimates lie from each other.
+fn pairs_of(gains: &SwitchedGains, names: &[String], tell: &dyn Tell) -> Vec<Value> {
+    let mut pairs = Vec::new();
+    for (c, name) in names.iter().enumerate().skip(1) {
+        let of = gains.pairs.iter().filter(|p| p.channel == c);
+        let told: Vec<String> =
+            of.clone().map(|p| format!("{} {:.1e} +- {:.1e}", names[p.by], p.distance, p.sd)).collect();
+        let middle = gains.gains[c].len() / 2;
+        let g = gains.gains[c][middle];
+        tell.say(format!(
+            "{name}: gain {:.4} and phase {:.4} rad at {:.0} Hz, +- {:.1e}; distance of the estimates by {}",
+            g.norm(),
+            g.arg(),
+            gains.frequency_hz[middle],
+            gains.relative_sd[c][middle],
+            told.join(", ")
+        ));
+        pairs.extend(of.map(|p| json!({ "channel": c, "by": p.by, "distance": p.distance, "sd": p.sd })));
+    }
+    pairs
+}
+
+fn gains_table(gains: &SwitchedGains, names: &[String]) -> String {
+    let cells = |c: usize, k: usize| {
+        let g = gains.gains[c][k];
+        vec![g.re, g.im, gains.relative_sd[c][k]]
+    };
+    rows_of(&gains.frequency_hz, names, "gain", cells, &["_re", "_im", "_sd"])
+}
+
+/// What a specimen lets through: a table by frequency, and medians in bands.
+fn transmission(
+    heard: &RelativePressures,
+    specimen: &Specimen,
+    study: &Study,
+    point: usize,
+    records: &ExcitedRecords,
+) -> Result<(String, Vec<LossBand>), Failed> {
+    let layout = study.rig.at_factors(&study.campaign.points[point].factors, study.rig.temperature);
+    let layout = layout.map_err(|problem| Failed::bad_input(problem).at(&study.folder.join("rig.toml")))?;
+    if let Some(part) = study.rig.parts.iter().find(|part| part.is_of_other_gas()) {
+        return Err(Failed::bad_input(format!(
+            "`{}` has a gas of its own, and transmission is told in one gas",
+            part.name
+        ))
+        .at(&study.folder.join("rig.toml"))
+        .remedy("Take gamma and gas_constant out of the ducts; [gas] has those of all."));
+    }
+    let gas = study.rig.gas.at(study.rig.temperature, study.rig.pressure);
+    let duct = |d: &DuctAt| TubeDuct { span: d.span, area: d.area };
+    let ducts: Vec<TubeDuct> = layout.ducts.iter().map(duct).collect();
+    let tube = TransmissionTube::of(specimen, layout.microphones, &ducts, &gas);
+    let errors = TubeErrors::of(specimen);
+    let [before, behind] = tube.sides();
+    if before < 2 || behind < 2 {
+        return Err(Failed::bad_input(format!(
+            "`between` of [random.transmission] has {before} microphones before the specimen and {behind} behind it; waves are told apart by two or more"
+        ))
+        .at(&records.path)
+        .remedy("Correct `between`, or the places of the microphones in rig.toml."));
+    }
+    let losses = tube.losses(heard, &errors);
+    let mut text =
+        "f [Hz],loss [dB],loss_sd [dB],energy,downstream_re,downstream_im,upstream_re,upstream_im\n"
+            .to_owned();
+    for TransmissionLoss { frequency_hz, loss_db: [loss, sd], transmitted } in &losses {
+        let ([down, up], energy) = (transmitted.through, transmitted.energy);
+        text += &format!("{frequency_hz},{loss},{sd},{energy},{},{},{},{}\n", down.re, down.im, up.re, up.im);
+    }
+    Ok((text, LossBand::of(&losses)))
+}
+
+/// A table of numbers by frequency and channel.
+fn rows_of(
+    frequency_hz: &[f64],
+    names: &[String],
+    what: &str,
+    cells: impl Fn(usize, usize) -> Vec<f64>,
+    ends: &[&str],
+) -> String {
+    let mut text = "f [Hz]".to_owned();
+    for name in names {
+        ends.iter()
+            .for_each(|end| text += &format!(",{name}{}{what}{end}", if what.is_empty() { "" } else { "_" }));
+    }
+    for (k, f) in frequency_hz.iter().enumerate() {
+        text += &format!("\n{f}");
+        (0..names.len()).flat_map(|c| cells(c, k)).for_each(|v| text += &format!(",{v:e}"));
+    }
+    text + "\n"
+}

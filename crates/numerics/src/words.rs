@@ -1,0 +1,67 @@
+//! Numbers in sentences and tables.
+
+/// A value with its standard deviation, both to the second digit of that.
+#[must_use]
+pub fn with_sd(value: f64, sd: f64) -> String {
+    if !(sd > 0.0 && sd.is_finite()) {
+        return format!("{value:.6e} +- {sd:.1e}");
+    }
+    let size = value.abs().max(sd);
+    if (1e-3..1e6).contains(&size) {
+        let digits = (1.0 - sd.log10().floor()).clamp(0.0, 12.0) as usize;
+        return format!("{value:.digits$} +- {sd:.digits$}");
+    }
+    let digits = ((size / sd).log10().floor() + 1.0).clamp(0.0, 12.0) as usize;
+    format!("{value:.digits$e} +- {sd:.1e}")
+}
+
+/// A value with its standard deviation and unit; pure numbers have none.
+#[must_use]
+pub fn quantity(value: f64, sd: f64, unit: &str) -> String {
+    let unit = if unit == "1" { String::new() } else { format!(" {unit}") };
+    with_sd(value, sd) + &unit
+}
+
+/// `1 mode`, `2 modes`.
+#[must_use]
+pub fn counted(count: usize, one: &str) -> String {
+    format!("{count} {one}{}", if count == 1 { "" } else { "s" })
+}
+
+/// Three digits.
+#[must_use]
+pub fn rounded(value: f64) -> String {
+    if value == 0.0 {
+        return "0".to_owned();
+    }
+    if (1e-4..1e4).contains(&value.abs()) {
+        let places = (2.0 - value.abs().log10().floor()).clamp(0.0, 6.0) as usize;
+        return format!("{value:.places$}");
+    }
+    format!("{value:.2e}")
+}
+
+/// With so many decimals; what rounds to zero has no sign.
+#[must_use]
+pub fn fixed(value: f64, places: usize) -> String {
+    let text = format!("{value:.places$}");
+    if text.bytes().all(|b| b"-0.".contains(&b)) { text.trim_start_matches('-').to_owned() } else { text }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn exact_values_have_the_digits_that_their_errors_leave() {
+        assert_eq!(with_sd(0.982_848, 1.04e-3), "0.9828 +- 0.0010");
+        assert_eq!(with_sd(4.078e-7, 2.9e-9), "4.078e-7 +- 2.9e-9");
+        assert_eq!(with_sd(-1234.56, 7.0), "-1234.6 +- 7.0");
+        assert_eq!(with_sd(2.0, 0.0), "2.000000e0 +- 0.0e0");
+        assert_eq!(quantity(0.982_848, 1.04e-3, "1"), "0.9828 +- 0.0010");
+        let fixed = [-0.0004, -0.0006, 0.0, 12.0].map(|v| fixed(v, 3));
+        assert_eq!(fixed, ["0.000", "-0.001", "0.000", "12.000"]);
+        let rounded = [0.0, 0.102, 1.557, 123.4, 5.42e-5, 3.5e-10].map(rounded);
+        assert_eq!(rounded, ["0", "0.102", "1.56", "123", "5.42e-5", "3.50e-10"]);
+    }
+}
