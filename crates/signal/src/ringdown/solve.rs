@@ -162,6 +162,9 @@ struct State {
     freedom: f64,
 }
 
+/// Two columns, cosine and sine, before them whether they are derivatives, and the number of the first.
+type Pair = (bool, usize, [Vec<f64>; 2]);
+
 impl State {
     fn new(white: White<'_>, components: Vec<Component>, energy: f64, held: bool) -> Result<Self, Fault> {
         if components.iter().any(|c| c.excess.is_some_and(|excess| excess <= LEAST_EXCESS)) {
@@ -190,8 +193,7 @@ impl State {
         if !beside.is_empty() {
             let time: Vec<f64> = (0..rows).map(|n| n as f64 * white.step).collect();
             let mut first = size;
-            // Each with its number among the columns, and whether it is a derivative.
-            let mut all: Vec<Vec<(bool, usize, [Vec<f64>; 2])>> = Vec::with_capacity(count);
+            let mut all: Vec<Vec<Pair>> = Vec::with_capacity(count);
             for (k, (wave, list)) in waves.iter().zip(&factors).enumerate() {
                 let mut own =
                     vec![(false, 2 * k, columns(wave, None)), (true, 2 * k, columns(wave, Some(&time)))];
