@@ -66,7 +66,7 @@ struct Task<'a> {
 /// Makes the seeds, runs the cases on all cores, and prints the table.
 pub(crate) fn run(options: &Options) -> Outcome {
     let program = match &options.program {
-        Some(file) => fs::canonicalize(file).map_err(at(&file))?,
+        Some(file) => fs::canonicalize(file).map_err(at(file))?,
         None => built()?,
     };
     let place = std::env::temp_dir().join(format!("rijke-mangle-{}", std::process::id()));

@@ -62,7 +62,7 @@ pub(super) fn example(folder: &Path, change: &dyn Fn(&str, String) -> String) ->
             let Some(name) = path.file_name().and_then(|n| n.to_str()).filter(|_| path.is_file()) else {
                 continue;
             };
-            write(&folder.join(sub).join(name), &change(name, read(&path)?))?;
+            write(&folder.join(sub).join(name), change(name, read(&path)?))?;
         }
     }
     Ok(())

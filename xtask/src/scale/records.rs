@@ -44,7 +44,7 @@ pub(super) fn noise(folder: &Path, seconds: usize) -> Made {
     let point = rows(&campaign).nth(1).and_then(|row| row.split(',').next()).unwrap_or_default();
     write(
         &records.join("manifest.toml"),
-        &format!(
+        format!(
             "kind = \"virtual\"\nsource = \"cargo xtask scale\"\nrate_hz = {RATE}\nband_hz = [80, 800]\n[random]\nsegment = 4096\n[random.points]\n{point} = \"noise.wav\"\n"
         ),
     )?;
