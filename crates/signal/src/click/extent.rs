@@ -23,11 +23,11 @@ pub struct Extent {
 const LEVEL: f64 = 0.05;
 const NOISE: f64 = 4.5;
 /// What the window of a fit has on each side beyond the extent, over the larger of the part of the extent on
-/// that side and half of the whole: a Ricker wavelet has then fallen to 3e-4. An impulse whose largest lobe is
-/// its first one needs as much before it as one in the middle.
+/// that side and half of the whole: a Ricker wavelet has then fallen to 3e-4. An impulse whose largest lobe
+/// is its first one needs as much before it as one in the middle.
 const MARGIN: f64 = 0.65;
-/// The same at least, in periods of the highest frequency: the waveform of a fit is zero for half of it at its
-/// ends.
+/// The same at least, in periods of the highest frequency: the waveform of a fit is zero for half of it at
+/// its ends.
 const EDGE: f64 = 1.6;
 /// Share of its length that an impulse must be over before its reflection begins.
 const OVER: f64 = 0.1;

@@ -125,8 +125,8 @@ pub struct ClickFit {
     pub signal_to_noise: Vec<f64>,
     /// Sum of squared residuals over its number of degrees of freedom.
     pub chi_squared: f64,
-    /// Energy of the residuals beyond that of the noise, over the energy of the impulse in all channels; below
-    /// zero where the noise happens to be small, and zero where it is not known.
+    /// Energy of the residuals beyond that of the noise, over the energy of the impulse in all channels;
+    /// below zero where the noise happens to be small, zero where it is not known.
     pub misfit: f64,
     /// Covariance of times, then of real and imaginary parts of the waveform.
     pub(crate) joint: Matrix,

@@ -151,7 +151,8 @@ impl ChannelDelays {
             );
         }
         plausible(&delays, &gains, &first.expected, spread, &first.fit.overlapped)?;
-        let [gain_variance, time_variance] = systematic(misfit(clicks)?, &template, &first.fit.frequencies);
+        let left = misfit(&clicks.iter().map(|c| c.fit.misfit).collect::<Vec<f64>>())?;
+        let [gain_variance, time_variance] = systematic(left, &template, &first.fit.frequencies);
         covariance = covariance.plus(time_variance, &Matrix::diagonal(&vec![1.0; channels]));
         // What gains scatter beyond the noise that the fits state is independent between channels. From a
         // few clicks, what one channel's gain scatters says little: all do together.

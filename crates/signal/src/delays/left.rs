@@ -1,6 +1,5 @@
 //! What calibration clicks leave beyond noise, and what noise and it do to gains and times.
 
-use super::channels::KnownClick;
 use super::error::CalibrationError;
 use crate::click::ClickFit;
 use rijke_numerics::{C64, Matrix};
@@ -11,17 +10,17 @@ const MISFIT: f64 = 2.5e-3;
 /// Standard deviations of the mean from which clicks leave more than noise.
 const SEEN: f64 = 3.0;
 
-/// Share of their energy that clicks leave beyond noise, the mean over all; zero where it is not seen.
+/// Mean of the shares of their energy that clicks leave beyond noise; zero where it is not seen.
 ///
 /// # Errors
 /// More than is allowed.
-pub(super) fn misfit(clicks: &[KnownClick]) -> Result<f64, CalibrationError> {
-    let count = clicks.len() as f64;
-    let mean = clicks.iter().map(|c| c.fit.misfit).sum::<f64>() / count;
+pub(super) fn misfit(shares: &[f64]) -> Result<f64, CalibrationError> {
+    let count = shares.len() as f64;
+    let mean = shares.iter().sum::<f64>() / count;
     if mean > MISFIT {
         return Err(CalibrationError::Misfit { share: mean, limit: MISFIT });
     }
-    let squares: f64 = clicks.iter().map(|c| (c.fit.misfit - mean).powi(2)).sum();
+    let squares: f64 = shares.iter().map(|share| (share - mean).powi(2)).sum();
     Ok(if mean > SEEN * (squares / (count * (count - 1.0))).sqrt() { mean } else { 0.0 })
 }
 
