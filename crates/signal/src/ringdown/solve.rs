@@ -141,6 +141,10 @@ struct Step {
     first: f64,
 }
 
+/// Two columns that are written out: whether they are derivatives, the number of the first among these or
+/// among the others, and their samples.
+type Pair = (bool, usize, [Vec<f64>; 2]);
+
 /// Sums over the samples at one set of frequencies.
 struct State {
     components: Vec<Component>,
@@ -190,8 +194,7 @@ impl State {
         if !beside.is_empty() {
             let time: Vec<f64> = (0..rows).map(|n| n as f64 * white.step).collect();
             let mut first = size;
-            // Each with its number among the columns, and whether it is a derivative.
-            let mut all: Vec<Vec<(bool, usize, [Vec<f64>; 2])>> = Vec::with_capacity(count);
+            let mut all: Vec<Vec<Pair>> = Vec::with_capacity(count);
             for (k, (wave, list)) in waves.iter().zip(&factors).enumerate() {
                 let mut own =
                     vec![(false, 2 * k, columns(wave, None)), (true, 2 * k, columns(wave, Some(&time)))];
