@@ -141,6 +141,10 @@ struct Step {
     first: f64,
 }
 
+/// Two columns that are written out: whether they are derivatives, the number of the first among these or
+/// among the others, and their samples.
+type Pair = (bool, usize, [Vec<f64>; 2]);
+
 /// Sums over the samples at one set of frequencies.
 struct State {
     components: Vec<Component>,
