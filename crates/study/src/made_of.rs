@@ -23,8 +23,8 @@ impl MadeOf {
         Self::of(folder, &|path| !path.starts_with("observations/") && !is_one_of(path, &ABOUT))
     }
 
-    /// What a ranking reads of the study in `dir`: its files, and the tables that these name. Neither records nor
-    /// results, nor what lies beside.
+    /// What a ranking reads of the study in `dir`: its files, and the tables that these name. Neither records
+    /// nor results, nor what lies beside.
     ///
     /// # Errors
     /// The system's.

@@ -49,10 +49,10 @@ pub fn at_other_maxima(model: &SavedModel, open: &[OpenModel]) -> Option<String>
 }
 
 impl Run {
-    /// Sets, in the `model` of `row` that goes on from `stage`, the value and the deviation of every parameter
-    /// averaged over the models of the same candidates here that stand on what earlier stages leave open, each
-    /// as probable as the evidence of all stages makes it (Hoeting et al. 1999, eqs. 1 to 3). `best` is the
-    /// largest ln evidence of the stage.
+    /// Sets, in the `model` of `row` that goes on from `stage`, the value and the deviation of every
+    /// parameter averaged over the models of the same candidates here that stand on what earlier stages leave
+    /// open, each as probable as the evidence of all stages makes it (Hoeting et al. 1999, eqs. 1 to 3).
+    /// `best` is the largest ln evidence of the stage.
     pub(super) fn average(&self, stage: &Stage, row: &Row, model: &mut ModelRecord, best: f64) {
         let same = |b: &&Beside| {
             let alike = |role: &String| b.choice.get(role) == row.choice.get(role);

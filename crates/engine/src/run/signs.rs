@@ -1,5 +1,5 @@
-//! Whether growth rates have the wrong sign, or pressures the other convention of time: by training again with
-//! the data turned.
+//! Whether growth rates have the wrong sign, or pressures the other convention of time: by training again
+//! with the data turned.
 
 use super::course::{Chosen, Run, StandsOn, Trusted};
 use crate::noise::measured_sd;
@@ -17,9 +17,10 @@ const LARGE: f64 = 3.0;
 const LEADS: f64 = 10.0;
 
 impl Run {
-    /// What a model gains with the data turned, each in a sentence: where all growth rates are positive and it
-    /// misses them by far, if they are decay rates; where its imaginary parts of the pressures are nearer to
-    /// those with the other sign, if they are complex conjugates. Nothing of what gains less than [`LEADS`].
+    /// What a model gains with the data turned, each in a sentence: where all growth rates are positive and
+    /// it misses them by far, if they are decay rates; where its imaginary parts of the pressures are nearer
+    /// to those with the other sign, if they are complex conjugates. Nothing of what gains less than
+    /// [`LEADS`].
     ///
     /// # Errors
     /// [`EngineError::Stopped`].

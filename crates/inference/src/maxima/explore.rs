@@ -32,8 +32,8 @@ pub(crate) trait Ground: Sync {
     /// which it could not go for its noise.
     fn images(&self, fit: &Self::Fit) -> Vec<Vec<f64>>;
 
-    /// Starts spread over the prior with its standard deviations taken `width` times, from `count` points of a
-    /// unit cube; none if the prior is improper, or if it has none that could be wider.
+    /// Starts spread over the prior with its standard deviations taken `width` times, from `count` points of
+    /// a unit cube; none if the prior is improper, or if it has none that could be wider.
     fn spread(&self, count: usize, width: f64) -> Vec<Vec<f64>>;
 }
 

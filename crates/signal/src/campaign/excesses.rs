@@ -1,10 +1,11 @@
 //! The excess of damping at large amplitude, at all points of a campaign together.
 //!
-//! An excess too small to be seen moves a growth rate by several stated errors, as a drift does its
-//! frequency. So it is free at each point, with a prior that all points teach: normal about a mean, which is
+//! A rig whose damping grows with the amplitude does so at all points. So where one point shows an excess, or
+//! all together, it is free at every point, with a prior that all points teach: normal about a mean, which is
 //! normal about zero; the two deviations may have any order of magnitude between 1e-6, where what is lost by
-//! radiation and friction is all, and 1. The test below shows what this costs where there is none, and what
-//! it is worth where no point shows it.
+//! radiation and friction is all, and 1. Where none shows it, there is none: its error alone would widen the
+//! growth rate of a single point twofold. An excess of two of its errors, which can stay unseen there, moves
+//! that growth rate by several stated errors. The test below shows both.
 
 use super::drifts::{Relative, given_all};
 use super::fitted::{Fitted, PingOfRecord};
@@ -32,7 +33,10 @@ pub(super) fn excesses_of(
     let relative: Vec<Relative> =
         own.iter().map(|x| Relative { rate: x.share, sd: x.sd, common: 0.0 }).collect();
     let given = shared(&relative);
-    own.iter().zip(given).map(|(x, r)| (*x, Excess { share: r.rate, sd: r.sd, ..*x })).collect()
+    let all: Vec<(Excess, Excess)> =
+        own.iter().zip(given).map(|(x, r)| (*x, Excess { share: r.rate, sd: r.sd, ..*x })).collect();
+    let shown = all.iter().any(|(own, given)| own.is_significant() || given.is_significant());
+    if shown { all } else { vec![Default::default(); points] }
 }
 
 /// What each point's excess is, given all of them.

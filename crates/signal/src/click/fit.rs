@@ -84,19 +84,20 @@ fn fitted(trace: &Trace<'_>, options: &ClickOptions) -> Result<Fitting, Fault> {
     }
     let first = bursts.locate(&placed);
     let result = Fitting::from(trace, &first, placed);
-    let doubtful = result.as_ref().map_or(true, Fitting::is_strange);
+    // At an operating point parts of the rig reflect, too.
+    let doubtful = options.leaning && result.as_ref().map_or(true, Fitting::is_strange);
     let far = if doubtful { 0.0 } else { FAR / options.band_hz.1 };
     if let Some(elsewhere) = bursts.expected(&first, options, far) {
         let other = Fitting::from(trace, &elsewhere, options.clone());
         let better = match (result, other) {
             (Ok(first), Ok(other)) => {
-                let rank = |fit: &Fitting| (fit.is_strange(), fit.squares);
+                let rank = |fit: &Fitting| (options.leaning && fit.is_strange(), fit.squares);
                 if rank(&other) < rank(&first) { other } else { first }
             }
             (Err(_), Ok(other)) => other,
             (first, _) => first?,
         };
-        return better.credible();
+        return if options.leaning { better.credible() } else { Ok(better) };
     }
     match result {
         // Far too late a reflection is heard where none is expected: start from an earlier one.

@@ -1,9 +1,10 @@
-//! A chirp, an excess of damping or a second mode: which of them a decay holds that one mode does not explain.
+//! A chirp, an excess of damping or a second mode: which of them a decay holds that one mode does not
+//! explain.
 //!
 //! A frequency that drifts during the decay looks like two modes close together, as does a damping that
-//! depends on the amplitude, and two modes look like these. Of the fits with and without them, that of most likelihood
-//! counts, each free number at a price of half the logarithm of the number of samples (Schwarz, Ann. Statist.
-//! 6 (1978) 461).
+//! depends on the amplitude, and two modes look like these. Of the fits with and without them, that of most
+//! likelihood counts, each free number at a price of half the logarithm of the number of samples (Schwarz,
+//! Ann. Statist. 6 (1978) 461).
 
 use super::excess::Excess;
 use super::ringing::Ringing;

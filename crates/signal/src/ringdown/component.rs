@@ -27,7 +27,8 @@ pub(crate) struct Component {
     pub(crate) chirp: Option<f64>,
     /// By what share the damping at the first row of a fit exceeds that at small amplitude, which is -Re s:
     /// free where it is there, else the damping is the same at any amplitude. The envelope with the excess x
-    /// is e^{ct} / (1 + x (1 - e^{ct})), c = Re s: the loss of a hole or an open end grows with the amplitude.
+    /// is e^{ct} / (1 + x (1 - e^{ct})), c = Re s: the loss of a hole or an open end grows with the
+    /// amplitude.
     pub(crate) excess: Option<f64>,
 }
 

@@ -15,7 +15,8 @@ use crate::dsp::kernels::{Powers, dot};
 use crate::dsp::scaled::inverse_scaled;
 use rijke_numerics::{C64, Cholesky, Matrix};
 
-/// The free frequencies: `(component, direction)` pairs, see [`Solution::free`]. The mains fundamental, if any, comes last and is listed once, unless it is `held`.
+/// The free frequencies: `(component, direction)` pairs, see [`Solution::free`]. The mains fundamental, if
+/// any, comes last and is listed once, unless it is `held`.
 fn parameters(components: &[Component], held: bool) -> Vec<(usize, usize)> {
     let mut list = Vec::new();
     for (k, component) in components.iter().enumerate() {
@@ -165,9 +166,6 @@ struct State {
     residual: f64,
     freedom: f64,
 }
-
-/// Two columns, cosine and sine, before them whether they are derivatives, and the number of the first.
-type Pair = (bool, usize, [Vec<f64>; 2]);
 
 impl State {
     fn new(white: White<'_>, components: Vec<Component>, energy: f64, held: bool) -> Result<Self, Fault> {

@@ -21,8 +21,8 @@ pub(super) fn lengths(components: &[Component], rows: usize, step: f64) -> Vec<u
     components.iter().map(length).collect()
 }
 
-/// The exponential of a component at `rows` samples, of which the first is number `first` of the fit, with its
-/// chirp and its excess of damping, over the plain exponential there, which comes with it.
+/// The exponential of a component at `rows` samples, of which the first is number `first` of the fit, with
+/// its chirp and its excess of damping, over the plain exponential there, which comes with it.
 pub(super) fn phasors(component: &Component, first: f64, rows: usize, step: f64) -> (Powers, C64) {
     let (s, t) = (component.s, first * step);
     let mut powers = Powers::new((s * step).exp(), rows);

@@ -94,8 +94,8 @@ impl HeatedFit {
             ("the share of the power that the gas gets", self.share, self.prior[0]),
             ("the heat transfer to the wall", self.cooling, self.prior[1]),
         ] {
-            // Readings of some error move a value by K (d - mean), with a standard deviation of K^(1/2) sd if the
-            // prior is right.
+            // Readings of some error move a value by K (d - mean), with a standard deviation of K^(1/2) sd if
+            // the prior is right.
             let gain = (1.0 - (left / sd).powi(2)).max(0.01);
             let off = (value - mean).abs() / (sd * gain.sqrt());
             if off > CONFLICT {

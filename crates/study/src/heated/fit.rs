@@ -4,8 +4,9 @@
 //! transfer give (with what that differs by from one constant), a the error of the ambient temperature of
 //! the day, z a unit normal number of the point by itself, b what all thermometers read too much, b_x what
 //! the one at x does, and e the stated error of the reading; where thermometers may miss a share g of the
-//! excess, tau z + g stands for tau z. a, z, b, b_x and g are integrated over in closed form, share and heat transfer by Laplace's method at every tau, tau by a sum. What is handed on are the
-//! moments of that mixture. Points without heat tell b and b_x.
+//! excess, tau z + g stands for tau z. a, z, b, b_x and g are integrated over in closed form, share and heat
+//! transfer by Laplace's method at every tau, tau by a sum. What is handed on are the moments of that
+//! mixture. Points without heat tell b and b_x.
 //!
 //! Before the readings, tau has half of a Student's t distribution with 4 degrees of freedom and scale
 //! [`SCALE`], a weakly informative prior for a standard deviation of which few groups tell (Gelman, Bayesian

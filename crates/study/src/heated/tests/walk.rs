@@ -7,8 +7,8 @@ use rand_distr::Open01;
 const SIZE: usize = VALUES + 1;
 
 /// Metropolis's random walk through the density of readings with its dense covariance. Its steps have the
-/// covariance that `fit` states, times 2.4^2/n (Gelman, Roberts & Gilks 1996), so that it finds its way; where it
-/// goes, the density alone decides.
+/// covariance that `fit` states, times 2.4^2/n (Gelman, Roberts & Gilks 1996), so that it finds its way;
+/// where it goes, the density alone decides.
 #[test]
 fn oracle_moments_of_a_heat_transfer_that_varies_by_a_long_walk() {
     let stream = &mut Streams::new(11).stream("heated/varies");
