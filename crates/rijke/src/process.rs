@@ -183,6 +183,8 @@ fn table(processed: &Processed, ui: &Ui) {
         pings.map(move |p| p.covariance[(k, k)].sqrt()).fold(1.0, f64::min)
     };
     let [n, m] = [0, 1].map(|k| (-sds(k).log10()).ceil().clamp(3.0, 7.0) as usize);
+    // Points of one ping have the scatter of the others, if these have several.
+    let repeated = processed.observations.points.iter().any(|p| p.ping_count > 1);
     let row = |(point, scatter): (&PointObservations, &PointScatter)| {
         let repeats = scatter.ping.as_ref();
         let drift =
@@ -194,7 +196,7 @@ fn table(processed: &Processed, ui: &Ui) {
             ping(point, |_, sd| format!("{:.n$}", sd.0)),
             ping(point, |s, _| format!("{:.m$}", s.im)),
             ping(point, |_, sd| format!("{:.m$}", sd.1)),
-            repeats.map_or_else(String::new, |r| {
+            repeats.filter(|_| repeated).map_or_else(String::new, |r| {
                 format!("{:.n$}, {:.m$}", r.between[0].sqrt(), r.between[1].sqrt())
             }),
             if drift > 4.0 { format!("{drift:.1} sd") } else { "none".to_owned() },

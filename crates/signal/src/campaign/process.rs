@@ -14,7 +14,7 @@ use super::loud::Loudest;
 use super::options::{PointScatter, ProcessError, ProcessOptions, Processed};
 use super::path::{click_options, setting_covariance};
 use super::rates::{of_other_rates, without_shapes};
-use super::repeated::{combine_clicks, combine_pings, ping_of, turn_inverted};
+use super::repeated::{combine_clicks, combine_pings, ping_of, turn_inverted, unrepeated};
 use crate::click::fit_click;
 use crate::dsp::noise::other_mains;
 use crate::ping::{Drift, PingOptions, fit_majority};
@@ -212,6 +212,7 @@ pub fn process_again(
         Some(OfPoint { point: &records.point.id, repeats: g.ping_repeats.as_ref()?, numbers, reference })
     });
     notes.extend(wandering(&of_pings.collect::<Vec<_>>()));
+    notes.extend(unrepeated(gathered.iter().map(|g| g.pings.len())));
     // The same microphones at all points that are pooled, so that the same numbers meet.
     let sets: BTreeSet<Vec<usize>> = gathered.iter().map(|g| g.live.clone()).collect();
     for set in sets {

@@ -153,9 +153,24 @@ pub(super) fn ping_of(repeats: &Repeats, reference: usize) -> Ping {
     }
 }
 
+/// What single pings cannot tell, in a sentence, if no point has more.
+pub(super) fn unrepeated(pings: impl Iterator<Item = usize>) -> Option<String> {
+    (pings.max() == Some(1)).then(|| {
+        "no point has more than one ping, so that what differs from ping to ping is not known: the stated errors are those of the noise of the \
+         records alone, and may be many times too small. Measure some points several times, the rig set anew in between"
+            .to_owned()
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn behaviour_single_pings_everywhere_are_said() {
+        let said = |pings: &[usize]| unrepeated(pings.iter().copied()).is_some();
+        assert_eq!([said(&[1, 0, 1]), said(&[1, 2]), said(&[0]), said(&[])], [true, false, false, false]);
+    }
 
     fn ping(turned: &[usize]) -> (usize, Ping) {
         let sign = |m: usize| if turned.contains(&m) { -1.0 } else { 1.0 };
