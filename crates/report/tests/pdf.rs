@@ -81,7 +81,7 @@ fn behaviour_a_letter_without_glyph_becomes_a_box() {
 
 #[test]
 fn message_what_this_crate_did_not_draw_is_refused() {
-    let refused = |svg: &str| pdf(svg).unwrap_err().to_string();
+    let refused = |svg: &str| pdf(svg).unwrap_err().message;
     let of = |inside: &str| {
         refused(&format!("<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"9\" height=\"9\">{inside}</svg>"))
     };

@@ -109,7 +109,9 @@ pub(crate) fn reason(trace: &Trace<'_>, options: &PingOptions, fault: Fault) -> 
         Fault::StillDriven { .. } | Fault::GainDrifts { .. } | Fault::GainsApart { .. } => {
             whole().and_then(|w| w.bent())
         }
-        Fault::ShortDecay { .. } => whole().and_then(|w| w.by_itself()),
+        Fault::ShortDecay { .. } => {
+            whole().and_then(|w| w.by_itself().or_else(|| w.hum()).or_else(|| w.beside_mains()))
+        }
         Fault::Weak(_) => whole()
             .and_then(|w| w.hum().or_else(|| w.bent()).or_else(|| w.lasting()).or_else(|| w.beside_mains())),
         fault if is_doubtful(fault) => {
