@@ -20,7 +20,8 @@ impl MadeOf {
     /// # Errors
     /// The system's.
     pub fn records(folder: &Path) -> io::Result<Self> {
-        Self::of(folder, &|path| !path.starts_with("observations/") && !is_one_of(path, &ABOUT))
+        let of_records = |path: &str| !path.starts_with("observations/") && !is_one_of(path, &ABOUT);
+        Self::of(folder, listed(folder, &of_records)?)
     }
 
     /// What a ranking reads of the study in `dir`: its files, and the tables that these name. Neither records
@@ -33,22 +34,27 @@ impl MadeOf {
             let outside = ["records/", "results/"].iter().all(|made| !path.starts_with(made));
             outside && is_one_of(path, &["toml", "csv", "json"]) && !path.ends_with(Self::FILE)
         };
-        let Self(mut all) = Self::of(dir, &read)?;
+        let mut all = listed(dir, &read)?;
         let known = |path: &str| FILES.contains(&path) || FOLDERS.iter().any(|f| path.starts_with(f));
         let texts: Vec<String> = all
-            .keys()
+            .iter()
             .filter(|path| known(path) && is_one_of(path, &["toml"]))
             .filter_map(|path| rijke_numerics::read_text(&dir.join(path)).ok())
             .collect();
         let named = |path: &str| texts.iter().any(|t| t.contains(path.rsplit('/').next().unwrap_or(path)));
-        all.retain(|path, _| known(path) || named(path));
-        Ok(Self(all))
+        all.retain(|path| known(path) || named(path));
+        Self::of(dir, all)
     }
 
-    fn of(folder: &Path, wanted: &dyn Fn(&str) -> bool) -> io::Result<Self> {
-        let mut all = BTreeMap::new();
-        add(folder, "", wanted, &mut all)?;
-        Ok(Self(all))
+    /// The digests of files in a folder.
+    fn of(folder: &Path, paths: Vec<String>) -> io::Result<Self> {
+        let digest = |path: String| {
+            let mut hasher = Sha256::new();
+            io::copy(&mut rijke_numerics::open_file(&folder.join(&path))?, &mut hasher)?;
+            let digest = hasher.finalize().iter().take(8).map(|byte| format!("{byte:02x}")).collect();
+            Ok((path, digest))
+        };
+        paths.into_iter().map(digest).collect::<io::Result<_>>().map(Self)
     }
 
     /// Says in the folder `made` that it was made of these.
@@ -101,13 +107,14 @@ pub fn changed_study(dir: &Path) -> Vec<String> {
     MadeOf::changed(&dir.join("results"), || MadeOf::study(dir))
 }
 
-/// Adds the files of a folder whose path below the first one is `wanted`, but hidden ones.
-fn add(
-    folder: &Path,
-    below: &str,
-    wanted: &dyn Fn(&str) -> bool,
-    all: &mut BTreeMap<String, String>,
-) -> io::Result<()> {
+/// The files in a folder and below whose path from it on is `wanted`, but hidden ones.
+fn listed(folder: &Path, wanted: &dyn Fn(&str) -> bool) -> io::Result<Vec<String>> {
+    let mut all = Vec::new();
+    add(folder, "", wanted, &mut all)?;
+    Ok(all)
+}
+
+fn add(folder: &Path, below: &str, wanted: &dyn Fn(&str) -> bool, all: &mut Vec<String>) -> io::Result<()> {
     for entry in fs::read_dir(folder)? {
         let entry = entry?;
         let name = entry.file_name().to_string_lossy().into_owned();
@@ -119,10 +126,7 @@ fn add(
         if kind.is_dir() && wanted(&format!("{shown}/x.csv")) {
             add(&path, &format!("{shown}/"), wanted, all)?;
         } else if kind.is_file() && wanted(&shown) {
-            let mut hasher = Sha256::new();
-            io::copy(&mut rijke_numerics::open_file(&path)?, &mut hasher)?;
-            let digest = hasher.finalize().iter().take(8).map(|byte| format!("{byte:02x}")).collect();
-            all.insert(shown, digest);
+            all.push(shown);
         }
     }
     Ok(())

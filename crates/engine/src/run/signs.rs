@@ -99,12 +99,6 @@ impl Run {
 /// The covariance of numbers of which some have turned their sign.
 fn turn(covariance: &mut Matrix, turned: impl Fn(usize) -> bool) {
     let n = covariance.rows();
-    *covariance =
-        Matrix::from_fn(
-            n,
-            n,
-            |i, j| {
-                if turned(i) == turned(j) { covariance[(i, j)] } else { -covariance[(i, j)] }
-            },
-        );
+    let sign = |i: usize| if turned(i) { -1.0 } else { 1.0 };
+    *covariance = Matrix::from_fn(n, n, |i, j| sign(i) * sign(j) * covariance[(i, j)]);
 }

@@ -33,7 +33,7 @@ pub(crate) trait Ground: Sync {
     fn images(&self, fit: &Self::Fit) -> Vec<Vec<f64>>;
 
     /// Starts spread over the prior with its standard deviations taken `width` times, from `count` points of
-    /// a unit cube; none if the prior is improper, or if it has none that could be wider.
+    /// a unit cube; none if the prior is improper, or, for a larger width, if nothing lies outside of it.
     fn spread(&self, count: usize, width: f64) -> Vec<Vec<f64>>;
 }
 
@@ -87,8 +87,8 @@ const MANY: usize = 3;
 /// ... there must have been as many searches for each of them.
 const PER_PLACE: usize = 3;
 
-/// A prior may be wrong by some standard deviations, and another maximum lie there: one batch starts from a
-/// sample of the prior taken so many times wider, where the likelihood is largest.
+/// A prior may be wrong by some of its standard deviations, and another maximum lie there. Half a batch
+/// starts from a sample of the prior taken so many times wider, where the likelihood is largest.
 const WIDER: f64 = 4.0;
 
 /// Finds the maxima of `ground`: from its centre and the `given` starts, from the images of the best one,

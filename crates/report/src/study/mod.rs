@@ -19,7 +19,7 @@ use rijke_engine::run::{
     Answer, Frame, Judgement, ModelRecord, Sliders, StageRecord, gains_along, left_out_table, models,
     residuals_over_factors,
 };
-use rijke_numerics::Failed;
+use rijke_numerics::{Classify, Failed};
 use rijke_rig::{DataKind, files::csv_table};
 use std::{fs, path::Path};
 use tables::{chosen, total};
@@ -187,19 +187,17 @@ impl StudyPage {
         Ok(())
     }
 
-    /// Writes the files into a folder, the page last. Each appears under its name only when it is complete.
+    /// Writes the files into a folder, the page last. Each appears under its name only when it is complete;
+    /// what killed runs left of it is removed.
     ///
     /// # Errors
     /// Names the file that could not be written.
     pub fn write(&self, folder: &Path) -> Result<(), Failed> {
         for (name, content) in &self.files {
             let path = folder.join(name);
-            let folder = path.parent().map_or(Ok(()), fs::create_dir_all);
-            let written = folder.and_then(|()| rijke_numerics::write_whole(&path, content));
-            written.map_err(|error| Failed {
-                causes: vec![error.to_string()],
-                ..Failed::of_work(format!("{}: cannot be written", path.display()))
-            })?;
+            let made = path.parent().map_or(Ok(()), fs::create_dir_all);
+            made.or_failed().map_err(|failed| failed.at(&path))?;
+            rijke_numerics::write_output(&path, content)?;
         }
         Ok(())
     }

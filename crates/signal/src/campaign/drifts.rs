@@ -6,6 +6,7 @@
 //! flat in its logarithm, and both are integrated out. A single point says no more than its own decays do;
 //! many points without a drift say that there is little.
 
+use super::fitted::PingOfRecord;
 use crate::ping::Drift;
 use rijke_rig::Ping;
 
@@ -106,8 +107,18 @@ impl Law {
 /// A drift, and the standard deviation of the part of its error that all points have in common, rad/s^2.
 pub(super) type Learnt = (Drift, f64);
 
+/// For each point the drift that its pings have in common, by themselves, and with what all points teach.
+pub(super) fn drifts_of(points: &[Vec<&PingOfRecord>]) -> Vec<(Drift, Learnt)> {
+    let of = |pings: &Vec<&PingOfRecord>| {
+        let drifts: Vec<Drift> = pings.iter().map(|p| p.drift).collect();
+        (Drift::common(&drifts), pings.last().map_or(0.0, |p| p.ping.s.im))
+    };
+    let common: Vec<(Drift, f64)> = points.iter().map(of).collect();
+    common.iter().map(|c| c.0).zip(learnt(&common)).collect()
+}
+
 /// The drift of each point's pings, from what they have in common, `common`, and the angular frequencies.
-pub(super) fn learnt(common: &[(Drift, f64)]) -> Vec<Learnt> {
+fn learnt(common: &[(Drift, f64)]) -> Vec<Learnt> {
     let relative = |(drift, omega): &(Drift, f64)| Relative {
         rate: drift.rate / omega,
         sd: drift.sd / omega,

@@ -8,7 +8,7 @@
 //! that growth rate by several stated errors. The test below shows both.
 
 use super::drifts::{Relative, given_all};
-use super::fitted::{Fitted, PingOfRecord};
+use super::fitted::PingOfRecord;
 use crate::ping::Excess;
 use rijke_rig::Ping;
 
@@ -17,26 +17,17 @@ const RANGE: (f64, f64) = (1e-6, 1.0);
 /// Values of each deviation that are tried.
 const VALUES: usize = 41;
 
-/// The excess of each point's pings: by themselves, and given all.
-pub(super) fn excesses_of(
-    jobs: &[(usize, usize, bool)],
-    fitted: &[Fitted],
-    points: usize,
-) -> Vec<(Excess, Excess)> {
-    let mut found: Vec<Vec<Excess>> = vec![Vec::new(); points];
-    for ((point, _, _), fit) in jobs.iter().zip(fitted) {
-        if let Fitted::Ping(Ok(ping), _) = fit {
-            found[*point].push(ping.excess);
-        }
-    }
-    let own: Vec<Excess> = found.iter().map(|x| Excess::common(x)).collect();
+/// The excess of each point's pings: by themselves, and given all; none anywhere if no point shows one.
+pub(super) fn excesses_of(points: &[Vec<&PingOfRecord>]) -> Vec<(Excess, Excess)> {
+    let of = |pings: &Vec<&PingOfRecord>| Excess::common(&pings.iter().map(|p| p.excess).collect::<Vec<_>>());
+    let own: Vec<Excess> = points.iter().map(of).collect();
     let relative: Vec<Relative> =
         own.iter().map(|x| Relative { rate: x.share, sd: x.sd, common: 0.0 }).collect();
     let given = shared(&relative);
     let all: Vec<(Excess, Excess)> =
         own.iter().zip(given).map(|(x, r)| (*x, Excess { share: r.rate, sd: r.sd, ..*x })).collect();
     let shown = all.iter().any(|(own, given)| own.is_significant() || given.is_significant());
-    if shown { all } else { vec![Default::default(); points] }
+    if shown { all } else { vec![Default::default(); points.len()] }
 }
 
 /// What each point's excess is, given all of them.
@@ -60,12 +51,12 @@ pub(super) fn without_excess(of: &PingOfRecord, common: &Excess) -> Ping {
 }
 
 pub(super) fn excess_in_words(point: &str, excess: &Excess) -> String {
+    let (change, side) = if excess.share > 0.0 { ("grows", "above") } else { ("falls", "below") };
     format!(
-        "{point}: the damping grows with the amplitude: at the end of the forcing it is {:.2} +- {:.2} % {} that at small amplitude; growth rates are those at small \
-         amplitude, with the error that this leaves. Excite more weakly to see them directly",
+        "{point}: the damping {change} with the amplitude: at the end of the forcing it is {:.2} +- {:.2} % {side} that at small amplitude; growth rates are those \
+         at small amplitude, with the error that this leaves. Excite more weakly to see them directly",
         100.0 * excess.share.abs(),
         100.0 * excess.sd,
-        if excess.share > 0.0 { "above" } else { "below" }
     )
 }
 

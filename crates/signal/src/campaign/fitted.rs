@@ -4,6 +4,21 @@ use crate::Fault;
 use crate::ping::{Drift, Excess};
 use rijke_rig::{Click, Ping, Rejection};
 
+/// The pings of each point that were fitted, in the order of the jobs.
+pub(super) fn by_point<'a>(
+    jobs: &[(usize, usize, bool)],
+    fitted: &'a [Fitted],
+    points: usize,
+) -> Vec<Vec<&'a PingOfRecord>> {
+    let mut found: Vec<Vec<&PingOfRecord>> = vec![Vec::new(); points];
+    for ((point, _, _), fit) in jobs.iter().zip(fitted) {
+        if let Fitted::Ping(Ok(ping), _) = fit {
+            found[*point].push(ping);
+        }
+    }
+    found
+}
+
 /// The fit of one ping.
 #[derive(Clone, Debug)]
 pub(super) struct PingOfRecord {

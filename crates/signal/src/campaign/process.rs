@@ -3,9 +3,9 @@
 
 use super::calibration::{Calibrated, calibrate};
 use super::contradictions::contradictions;
-use super::drifts::{Learnt, drift_in_words, learnt, without_drift};
+use super::drifts::{Learnt, drift_in_words, drifts_of, without_drift};
 use super::excesses::{excess_in_words, excesses_of, without_excess};
-use super::fitted::{Fitted, PingOfRecord, rejection};
+use super::fitted::{Fitted, PingOfRecord, by_point, rejection};
 use super::gains::{OfPoint, wandering};
 use super::kept::Kept;
 use super::left_out::{correction, in_words, settle};
@@ -17,7 +17,7 @@ use super::rates::{of_other_rates, without_shapes};
 use super::repeated::{combine_clicks, combine_pings, ping_of, turn_inverted, unrepeated};
 use crate::click::fit_click;
 use crate::dsp::noise::other_mains;
-use crate::ping::{Drift, PingOptions, fit_majority};
+use crate::ping::{PingOptions, fit_majority};
 use crate::repeats::{Repeats, pool};
 use crate::{Fault, Trace};
 use rayon::prelude::*;
@@ -133,8 +133,8 @@ pub fn process_again(
     let calibration_clicks = rejections.len();
     let microphones = set.rig.microphones.positions.len();
     let numbers = set.acquisition.numbers(microphones);
-    let drifts = drifts_of(&jobs, &fitted, set.points.len());
-    let excesses = excesses_of(&jobs, &fitted, set.points.len());
+    let of_points = by_point(&jobs, &fitted, set.points.len());
+    let (drifts, excesses) = (drifts_of(&of_points), excesses_of(&of_points));
     // Fits are given up as their means are made: those of a whole campaign are not held twice.
     let mut fitted = jobs.iter().zip(fitted).peekable();
     let (mut gathered, mut corrections) = (Vec::with_capacity(set.points.len()), Vec::new());
@@ -231,7 +231,7 @@ pub fn process_again(
         let Gathered { pings, live, clicks, mut ping_repeats, click_repeats, of_drift, of_excess } = gathered;
         let (drift, of_all) = of_drift;
         // The errors of drift and excess are common to all repeats.
-        let of_drift = if drift.sd.is_finite() { drift.variance() } else { 0.0 };
+        let of_drift = drift.variance_if_known();
         if let Some(repeats) = &mut ping_repeats {
             repeats.covariance[(0, 0)] += of_excess;
             repeats.covariance[(1, 1)] += of_drift;
@@ -367,19 +367,6 @@ fn hum_in_words(found: &[f64], stated: f64) -> Option<String> {
 /// A ping without its shape: that of the reference microphone alone.
 fn alone(ping: &Ping) -> Ping {
     Ping { s: ping.s, pressures: vec![1.0.into()], reference: 0, covariance: ping.covariance.select(&[0, 1]) }
-}
-
-/// For each point the drift that its pings have in common, by themselves, and with what all points teach.
-fn drifts_of(jobs: &[(usize, usize, bool)], fitted: &[Fitted], points: usize) -> Vec<(Drift, (Drift, f64))> {
-    let mut found: Vec<(Vec<Drift>, f64)> = vec![(Vec::new(), 0.0); points];
-    for ((point, _, _), fit) in jobs.iter().zip(fitted) {
-        if let Fitted::Ping(Ok(ping), _) = fit {
-            found[*point].0.push(ping.drift);
-            found[*point].1 = ping.ping.s.im;
-        }
-    }
-    let common: Vec<(Drift, f64)> = found.iter().map(|(d, omega)| (Drift::common(d), *omega)).collect();
-    common.iter().map(|c| c.0).zip(learnt(&common)).collect()
 }
 
 /// Number of records that [`process`] will read: calls of its `advance`.

@@ -8,6 +8,7 @@
 //! so is fitted, with all else, as a free number of the mode. For an endless record
 //! a/2 is one decay time: the fit without chi has found the frequency of that moment.
 
+use super::slope::{Several, seen};
 use crate::ringdown::Solution;
 use rijke_numerics::C64;
 use rijke_rig::Ping;
@@ -59,17 +60,11 @@ impl Drift {
         let ([a, c], spread) = curve(-s.re, rows, step);
         let strength: f64 = amplitudes.iter().map(C64::norm_sqr).sum();
         let information = 0.125 * strength * spread;
-        let phasors = found.wave(rows, step);
-        let mut score = 0.0;
-        for (n, row) in left.chunks_exact(amplitudes.len()).enumerate() {
-            let (mut re, mut im) = (0.0, 0.0);
-            for (r, b) in row.iter().zip(amplitudes) {
-                re += r * b.re;
-                im += r * b.im;
-            }
+        let weight = |n: usize| {
             let t = n as f64 * step;
-            score -= 0.5 * (t * t - a * t - c) * (re * phasors.im[n] + im * phasors.re[n]);
-        }
+            -0.5 * (t * t - a * t - c)
+        };
+        let score = seen(left, amplitudes, &found.wave(rows, step), weight).im;
         let sd = (variance / information).sqrt();
         Self { rate: score / information, sd, moment: 0.5 * a, unsure: 0.0 }.or_none()
     }
@@ -104,6 +99,11 @@ impl Drift {
         (self.sd * self.moment).powi(2) + (self.rate * self.unsure).powi(2)
     }
 
+    /// The same; none where nothing is known of it, and nothing was changed.
+    pub(crate) fn variance_if_known(&self) -> f64 {
+        if self.sd.is_finite() { self.variance() } else { 0.0 }
+    }
+
     /// Turns the frequency of a fit without drift into that at the end of the forcing.
     pub(crate) fn remove(&self, ping: &mut Ping) {
         ping.s.im -= self.rate * self.moment;
@@ -118,15 +118,12 @@ impl Drift {
 
     /// The drift that several decays have in common.
     pub(crate) fn common(drifts: &[Self]) -> Self {
-        let weight = |d: &Self| d.sd.powi(-2);
-        let total: f64 = drifts.iter().map(weight).sum();
-        let mean = |value: fn(&Self) -> f64| drifts.iter().map(|d| weight(d) * value(d)).sum::<f64>() / total;
-        if total > 0.0 {
-            let (moment, unsure) = (mean(|d| d.moment), mean(|d| d.unsure));
-            Self { rate: mean(|d| d.rate), sd: total.sqrt().recip(), moment, unsure }
-        } else {
-            Self::unknown()
-        }
+        Several::of(drifts, |d| d.sd).map_or_else(Self::unknown, |several| Self {
+            rate: several.mean(|d| d.rate),
+            sd: several.sd(),
+            moment: several.mean(|d| d.moment),
+            unsure: several.mean(|d| d.unsure),
+        })
     }
 }
 

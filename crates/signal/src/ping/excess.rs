@@ -8,6 +8,7 @@
 //! a t - b. The growth rate that a fit without x finds is that at small amplitude and a x. An endless record
 //! has a = -4/9 c: an excess of one standard deviation moves the growth rate by 2.8.
 
+use super::slope::{Several, seen};
 use crate::ringdown::Solution;
 use rijke_numerics::C64;
 use rijke_rig::Ping;
@@ -30,8 +31,7 @@ const SIGNIFICANT: f64 = 4.0;
 const LEAST: f64 = 3.0;
 
 impl Excess {
-    /// The excess that a fit has found, or, if it was not looked for, that its residuals `left`
-    /// show.
+    /// The excess that a fit has found, or, if it was not looked for, that its residuals `left` show.
     pub(crate) fn of(found: &Solution, left: &[f64], step: f64) -> Self {
         match (found.components[0].excess, found.curve_covariance(3)) {
             (Some(share), Some([own, mixed])) => {
@@ -52,15 +52,7 @@ impl Excess {
         let Curve { values, slope, spread } = Curve::of(-s.re, rows, step);
         let strength: f64 = amplitudes.iter().map(C64::norm_sqr).sum();
         let information = 0.5 * strength * spread;
-        let mut score = 0.0;
-        for (n, row) in left.chunks_exact(amplitudes.len()).enumerate() {
-            let (mut re, mut im) = (0.0, 0.0);
-            for (r, b) in row.iter().zip(amplitudes) {
-                re += r * b.re;
-                im += r * b.im;
-            }
-            score += values[n] * (re * wave.re[n] - im * wave.im[n]);
-        }
+        let score = seen(left, amplitudes, &wave, |n| values[n]).re;
         let sd = (found.variance() / information).sqrt();
         Self { share: score / information, sd, moved: slope }.or_none()
     }
@@ -132,14 +124,11 @@ impl Excess {
 
     /// The excess that several decays have in common.
     pub(crate) fn common(all: &[Self]) -> Self {
-        let weight = |x: &Self| x.sd.powi(-2);
-        let total: f64 = all.iter().map(weight).sum();
-        let mean = |value: fn(&Self) -> f64| all.iter().map(|x| weight(x) * value(x)).sum::<f64>() / total;
-        if total > 0.0 {
-            Self { share: mean(|x| x.share), sd: total.sqrt().recip(), moved: mean(|x| x.moved) }
-        } else {
-            Self::unknown()
-        }
+        Several::of(all, |x| x.sd).map_or_else(Self::unknown, |several| Self {
+            share: several.mean(|x| x.share),
+            sd: several.sd(),
+            moved: several.mean(|x| x.moved),
+        })
     }
 }
 

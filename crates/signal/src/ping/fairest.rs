@@ -43,9 +43,9 @@ pub(super) fn fairest(
     };
     let now = &found.components;
     let samples = (white.samples.len().max(2) as f64).ln();
-    let (chirp, excess) = (Some(now[0].chirp.unwrap_or(0.0)), Some(now[0].excess.unwrap_or(0.0)));
+    let chirp = Some(now[0].chirp.unwrap_or(0.0));
     let told = Excess::is_told(now[0].s.re, white.rows(), white.step);
-    let excess = excess.filter(|_| told);
+    let excess = told.then(|| now[0].excess.unwrap_or(0.0));
     let have = [now[0].chirp.is_some(), now[0].excess.is_some()];
     let foresees = |curves: &[Option<f64>; 2], price: usize| {
         let gain = glance(white, &with(now, curves[0], curves[1], false)).map_or(0.0, |g| g.gain);
@@ -55,14 +55,16 @@ pub(super) fn fairest(
     // What both together do not foresee, neither does alone.
     let worth = close || have != [false; 2] || foresees(&[chirp, excess], 1);
     let mut tried = Vec::new();
-    for curves in [[chirp, None], [None, excess], [chirp, excess], [None, None]] {
+    // Those with an excess are those without where none is told.
+    let with_excess = [[None, excess], [chirp, excess]].into_iter().filter(|_| told);
+    for curves in std::iter::once([chirp, None]).chain(with_excess).chain([[None, None]]) {
         let has = curves.map(|c| c.is_some());
         let more = has.iter().zip(have).filter(|(now, before)| **now && !before).count();
         if close || worth && has != have && foresees(&curves, more) {
             tried.push(with(now, curves[0], curves[1], false));
         }
     }
-    if has_close_neighbour(now) {
+    if close {
         tried.push(with(now, chirp, None, true));
         // The two may lie on both sides of the one.
         tried.push(merged(&found, with(now, chirp, None, false)));

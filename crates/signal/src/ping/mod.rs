@@ -20,6 +20,7 @@ mod rest;
 mod ringing;
 mod search;
 mod silence;
+mod slope;
 mod verdict;
 
 pub use chirp::Drift;

@@ -196,11 +196,12 @@ pub(crate) fn widen(
 ) {
     let a = (-found.components[0].s.re).max(f64::MIN_POSITIVE);
     let curves = [Excess::weights(a, rows, step), Drift::weights(a, rows, step)];
-    let slopes = [(excess.share, excess.sd, excess.moved), (drift.rate, drift.sd, drift.moment)];
-    let mut values = [ping.s.re, ping.s.im];
-    let mut found_slopes = slopes;
-    for (i, (curve, (rate, sd, moved))) in curves.iter().zip(slopes).enumerate() {
-        let known = if sd.is_finite() { moved } else { 0.0 };
+    let slopes = [
+        (&mut ping.s.re, excess.share, &mut excess.sd, &mut excess.moved),
+        (&mut ping.s.im, drift.rate, &mut drift.sd, &mut drift.moment),
+    ];
+    for (i, (curve, (value, slope, sd, moved))) in curves.iter().zip(slopes).enumerate() {
+        let known = if sd.is_finite() { *moved } else { 0.0 };
         let (own, of_curve) = covariance(power, found, rows, step, (known, curve));
         let variance = &mut ping.covariance[(i, i)];
         if !sd.is_finite() {
@@ -210,16 +211,13 @@ pub(crate) fn widen(
         // Of the number at the start, which the slope does not move, and of the slope.
         let square = sd.powi(2);
         let curved = square + of_curve[(1, 1)];
-        let mixed = -moved * square + of_curve[(0, 1)];
+        let mixed = -*moved * square + of_curve[(0, 1)];
         let start = *variance + moved.powi(2) * square + of_curve[(0, 0)];
         let moved_now = -mixed / curved;
-        values[i] += (moved_now - moved) * rate;
+        *value += (moved_now - *moved) * slope;
         *variance = start - mixed * mixed / curved;
-        found_slopes[i] = (rate, curved.sqrt(), moved_now);
+        (*sd, *moved) = (curved.sqrt(), moved_now);
     }
-    ping.s = C64::new(values[0], values[1]);
-    (excess.sd, excess.moved) = (found_slopes[0].1, found_slopes[0].2);
-    (drift.sd, drift.moment) = (found_slopes[1].1, found_slopes[1].2);
 }
 
 /// Power of narrow noise as stretches of white noise show it.

@@ -167,6 +167,32 @@ struct State {
     freedom: f64,
 }
 
+/// Puts the products of all columns of which one belongs to a curved component, sample by sample, into the
+/// Gram matrices of the columns, of columns and derivatives, and of derivatives: no closed form is known.
+fn put_products(
+    components: &[Component],
+    lengths: &[usize],
+    all: &[Vec<Pair>],
+    [flat, mixed, curved]: [&mut Matrix; 3],
+) {
+    let pairs = (0..components.len()).flat_map(|i| (0..=i).map(move |j| (i, j)));
+    for (i, j) in pairs.filter(|(i, j)| components[*i].is_curved() || components[*j].is_curved()) {
+        let rows = lengths[i].min(lengths[j]);
+        let both = all[i].iter().flat_map(|left| all[j].iter().map(move |right| (left, right)));
+        for ((derived, a, left), (also, b, right)) in both {
+            for (p, q) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+                let (a, b, value) = (a + p, b + q, dot(&left[p][..rows], &right[q][..rows]));
+                match (derived, also) {
+                    (false, false) => (flat[(a, b)], flat[(b, a)]) = (value, value),
+                    (false, true) => mixed[(a, b)] = value,
+                    (true, false) => mixed[(b, a)] = value,
+                    (true, true) => (curved[(a, b)], curved[(b, a)]) = (value, value),
+                }
+            }
+        }
+    }
+}
+
 impl State {
     fn new(white: White<'_>, components: Vec<Component>, energy: f64, held: bool) -> Result<Self, Fault> {
         if components.iter().any(|c| c.excess.is_some_and(|excess| excess <= LEAST_EXCESS)) {
@@ -207,25 +233,7 @@ impl State {
                 }
                 all.push(own);
             }
-            for (i, j) in (0..count).flat_map(|i| (0..=i).map(move |j| (i, j))) {
-                if !components[i].is_curved() && !components[j].is_curved() {
-                    continue;
-                }
-                let rows = lengths[i].min(lengths[j]);
-                for ((derived, a, left), (also, b, right)) in
-                    all[i].iter().flat_map(|left| all[j].iter().map(move |right| (left, right)))
-                {
-                    for (p, q) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
-                        let (a, b, value) = (a + p, b + q, dot(&left[p][..rows], &right[q][..rows]));
-                        match (derived, also) {
-                            (false, false) => (flat[(a, b)], flat[(b, a)]) = (value, value),
-                            (false, true) => mixed[(a, b)] = value,
-                            (true, false) => mixed[(b, a)] = value,
-                            (true, true) => (curved[(a, b)], curved[(b, a)]) = (value, value),
-                        }
-                    }
-                }
-            }
+            put_products(&components, &lengths, &all, [&mut flat, &mut mixed, &mut curved]);
         }
         let linear = Cholesky::new(&flat)?.inverse();
         let projected = curved.plus(-1.0, &mixed.transpose().product(&linear.product(&mixed)));

@@ -27,7 +27,7 @@ pub(crate) fn tube(seed: u64, ratio: f64) -> Driven {
 }
 
 /// What becomes of records of such tubes.
-fn study(name: &str, count: u64, rig: impl Fn(u64) -> Driven + Sync) -> Tally {
+pub(crate) fn study(name: &str, count: u64, rig: impl Fn(u64) -> Driven + Sync) -> Tally {
     let tally = Tally::of(count, rig, |seed, driven| {
         let fit = driven.fit(seed)?;
         Ok(PingFit { ping: fit.at_the_end_of_forcing(), ..fit })

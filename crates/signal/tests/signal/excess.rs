@@ -1,8 +1,7 @@
 //! Decays whose damping grows with the amplitude: growth rates are those at small amplitude.
 
-use crate::chirping::tube;
+use crate::chirping::{study, tube};
 use crate::driven::Driven;
-use crate::short::Tally;
 use rayon::prelude::*;
 use rijke_signal::PingFit;
 
@@ -22,12 +21,7 @@ fn check(count: u64) {
     for excess in [1.0, 0.3, 0.1, 0.03] {
         for ratio in [2000.0, 200.0, 20.0] {
             let name = format!("excess {excess}, amplitude {ratio}");
-            let rig = |seed| Driven { excess, ..tube(seed, ratio) };
-            let tally = Tally::of(count, rig, |seed, driven| {
-                let fit = driven.fit(seed)?;
-                Ok(PingFit { ping: fit.at_the_end_of_forcing(), ..fit })
-            });
-            tally.show(&name);
+            let tally = study(&name, count, |seed| Driven { excess, ..tube(seed, ratio) });
             if tally.used as u64 * 10 < 9 * count
                 || tally.worst > 4.5
                 || tally.inside.iter().any(|v| *v < 0.75)

@@ -243,10 +243,8 @@ pub fn heated_states(
             let (k, moved) = moved(point, k, heated.ambient)?;
             // Of errors of power and flow the readings know what they do to the temperature.
             let by_readings = read && (k == power || k == flow);
-            Some((
-                k,
-                if by_readings { PointState { mass_flow: moved.mass_flow, ..state.clone() } } else { moved },
-            ))
+            let kept = || PointState { mass_flow: moved.mass_flow, ..state.clone() };
+            Some((k, if by_readings { kept() } else { moved }))
         };
         let moved = uncertain.filter_map(with).collect();
         Some(PointState { moved, ..state })
