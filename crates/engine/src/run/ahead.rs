@@ -17,7 +17,7 @@ use std::collections::BTreeSet;
 
 /// The most models of a stage that are carried on.
 const MOST: usize = 8;
-/// Nats by which a model of a later stage may trail after the best model here and yet be tried after the
+/// Nats by which a model of a later stage may trail after the first model here and yet be tried after the
 /// others.
 const REACH: f64 = 25.0;
 
@@ -53,6 +53,12 @@ impl Run {
         }
         open.sort_by(|a, b| total(*b).total_cmp(&total(*a)));
         open.truncate(MOST);
+        // What goes on by this stage alone goes first: its later rows are those of the stages themselves.
+        if let Ok([_, next]) = goes_on(stage, results, &[])
+            && let Some(place) = open.iter().position(|k| *k == next)
+        {
+            open[..=place].rotate_right(1);
+        }
         let with = |k: usize, near: Option<&Near>| {
             let (model, chosen) = &results[k];
             let id = model.id.clone();
@@ -64,7 +70,7 @@ impl Run {
                 _ => (CarriedOn { id, ln_evidence: None, later: Vec::new() }, None, Vec::new()),
             }
         };
-        // A model of a later stage that trails far behind after the best model here is not tried after the
+        // A model of a later stage that trails far behind after the first model here is not tried after the
         // others.
         let (first, near, beside) = with(open[0], None);
         let others = open[1..].par_iter().map(|&k| with(k, near.as_ref())).collect::<Vec<_>>();

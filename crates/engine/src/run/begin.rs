@@ -70,6 +70,7 @@ impl Run {
             states,
             ambient,
             near: Near::new(),
+            once: Arc::default(),
             predicting: Mutex::<BTreeMap<_, _>>::default(),
             lengths: false,
             stopped: Arc::default(),

@@ -1,6 +1,6 @@
 //! Candidates that compete on the same points, and which of them goes on.
 
-use super::course::{CONTENDS, Chosen, Found, Run, Trusted};
+use super::course::{CONTENDS, Chosen, Found, Run, StandsOn, Trusted};
 use super::earlier::Earlier;
 use super::inputs::selected;
 use super::record::{CarriedOn, ModelRecord};
@@ -26,10 +26,13 @@ impl Run {
             .iter()
             .map(|row| earlier.of(stage, &row.choice, &points))
             .collect::<Result<_, EngineError>>()?;
+        let trained = |row: &Row, known: &StandsOn, trusted| {
+            self.once(stage, row, trusted, || self.row(stage, row, known.clone(), trusted))
+        };
         let mut results: Vec<Found> = rows
             .par_iter()
             .zip(&known)
-            .map(|(row, known)| self.row(stage, row, known.clone(), Trusted::Laplace))
+            .map(|(row, known)| trained(row, known, Trusted::Laplace))
             .collect::<Result<_, _>>()?;
         if self.trusted != Trusted::Laplace {
             let best = best_of(&results);
@@ -39,7 +42,7 @@ impl Run {
                 .into_par_iter()
                 .zip(rows.par_iter().zip(&known))
                 .map(|((model, chosen), (row, known))| {
-                    let again = |trusted| self.row(stage, row, known.clone(), trusted);
+                    let again = |trusted| trained(row, known, trusted);
                     if contends(&model, &chosen) {
                         return again(self.trusted);
                     }

@@ -73,6 +73,18 @@ pub(super) type Near = BTreeMap<[String; 2], Vec<TrainedParameter>>;
 /// A row of a table, and its training if it could be fitted.
 pub(super) type Found = (ModelRecord, Option<Chosen>);
 
+/// A row as it was last trained.
+pub(super) struct Kept {
+    /// How far its evidence is trusted, and that of its course.
+    pub(super) trusted: [Trusted; 2],
+    /// What the stages before it had chosen. Held, so that no other training can take their place in memory.
+    pub(super) on: Vec<Arc<Trained>>,
+    pub(super) found: Found,
+}
+
+/// Rows as they were last trained, by stage and candidates.
+pub(super) type Once = BTreeMap<(String, Choice), Vec<Kept>>;
+
 /// A stage that has run.
 #[derive(Clone)]
 pub(super) struct Done {
@@ -154,6 +166,8 @@ pub struct Run {
     pub(super) ambient: Vec<Option<[f64; 2]>>,
     /// What rows of later stages found after another model of an earlier stage: where their search begins.
     pub(super) near: Near,
+    /// Rows of this study, whatever its stages choose.
+    pub(super) once: Arc<Mutex<Once>>,
     /// Models trained with what enters predictions but not the comparison, by stage.
     pub(super) predicting: Mutex<BTreeMap<String, Arc<Trained>>>,
     /// Whether stages say what errors of stated lengths would turn their leads; not unless it is set.
@@ -178,6 +192,7 @@ impl Run {
             states: self.states.clone(),
             ambient: self.ambient.clone(),
             near: Near::new(),
+            once: self.once.clone(),
             predicting: Mutex::default(),
             lengths: false,
             stopped: self.stopped.clone(),

@@ -30,6 +30,7 @@ mod maxima;
 mod meant;
 mod missing;
 mod next;
+mod once;
 mod predicted;
 mod recognised;
 mod record;

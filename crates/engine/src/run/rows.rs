@@ -112,7 +112,7 @@ impl Run {
             trained.sampler.iter().map(ToString::to_string).chain(feeding(reflections)).collect();
         let fitted = self.fitted(stage, &found, &record.predicted);
         let mut doubts = doubts(&found.observed, &fitted, record.misfit, floats(&trained.noise));
-        if trusted == Trusted::Laplace || self.trusted != Trusted::Laplace {
+        if trusted != Trusted::Laplace || self.trusted == Trusted::Laplace {
             doubts.extend(self.turned(stage, row, &found)?);
         }
         let apart =
