@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "helpers of tests")]
 
 mod asked;
+mod conjugated;
 mod delayed;
 #[path = "../common/folder.rs"]
 mod folder;
