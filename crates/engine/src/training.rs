@@ -170,13 +170,14 @@ pub fn train(
         let options = training.search.clone().from(&start);
         let fitting = Fitting { assembly, training, model: &through, parameters: &parameters };
         let trained = fitting.finish(&data, order, options, observed.len())?;
-        let Trained { linear, noise, parameters, values, .. } = &trained;
-        let learned = assemblies.learned(linear, noise, parameters, values);
+        let Trained { linear, noise, parameters, values, covariance, .. } = &trained;
+        let of_parameters = (&**parameters, &**values, covariance);
+        let learned = assemblies.learned(linear, noise, of_parameters);
         let (_, whole) = errors.of_several(observed, used, &linear.1, usize::MAX);
         let (of_several, columns) = errors.of_several(observed, used, &linear.1, 2);
         let (for_predictions, names) = common.with(of_several);
         let sds = vec![1.0; columns.len()];
-        let told = Learned::of(&linear.0, names, &columns, &sds, parameters, values);
+        let told = Learned::of(&linear.0, names, &columns, &sds, of_parameters);
         let told = OfSeveral { learned: told, columns, whole };
         let trained = Trained { learned, told, common: Some(for_predictions), ..trained };
         let causes = common.learned(&training.causes, own, &trained.gaussian());

@@ -117,14 +117,13 @@ impl Assemblies {
         })
     }
 
-    /// What a training tells of those that later stages want: of its parameters with their `values`, its
-    /// noise, and itself to first order, with the place of each datum in the prediction.
+    /// What a training tells of those that later stages want: of its noise, itself to first order with the
+    /// place of each datum in the prediction, and its parameters with their values and covariance.
     pub(crate) fn learned(
         &self,
         (linear, order): &(Linearised, Vec<usize>),
         noise: &[NoiseEstimate],
-        parameters: &[Parameter],
-        values: &[f64],
+        parameters: (&[Parameter], &[f64], &Matrix),
     ) -> Learned {
         let column = |e: &Effect| order.iter().map(|&place| e.column[place]).collect();
         let columns: Vec<Vec<f64>> = self.wanted.iter().map(column).collect();
@@ -136,35 +135,28 @@ impl Assemblies {
         let columns: Vec<Vec<f64>> = kept.iter().map(|&k| columns[k].clone()).collect();
         let sds: Vec<f64> = kept.iter().map(|&k| sds[k]).collect();
         let names = kept.iter().map(|&k| self.wanted[k].name.clone()).collect();
-        Learned::of(linear, names, &columns, &sds, parameters, values)
+        Learned::of(linear, names, &columns, &sds, parameters)
     }
 }
 
 impl Learned {
     /// The posterior of errors with these names and standard deviations, which are part of the noise of a
-    /// training and move its data by their `columns`; its parameters have these `values`.
+    /// training and move its data by their `columns`; its parameters have these `values` and this
+    /// `covariance`, which that of the errors contains: a joint covariance of two approximations need not be
+    /// one.
     pub(crate) fn of(
         linear: &Linearised,
         names: Vec<String>,
         columns: &[Vec<f64>],
         sds: &[f64],
-        parameters: &[Parameter],
-        values: &[f64],
+        (parameters, values, covariance): (&[Parameter], &[f64], &Matrix),
     ) -> Self {
         let causes = linear.causes(columns, sds);
-        let few = linear.few().parameters;
-        let slope = |i: usize| {
-            let (p, value) = (&parameters[i], values[i]);
-            p.physical(p.working(value))[1] * few[i]
-        };
-        Self {
-            with_parameters: Matrix::from_fn(names.len(), parameters.len(), |k, i| {
-                causes.with_parameters[(k, i)] * slope(i)
-            }),
-            names,
-            mean: causes.mean,
-            covariance: causes.covariance,
-        }
+        let slope = |i: usize| parameters[i].physical(parameters[i].working(values[i]))[1];
+        let along = Matrix::from_fn(names.len(), parameters.len(), |k, i| causes.along[(k, i)] / slope(i));
+        let with_parameters = along.product(covariance);
+        let covariance = causes.given.plus(1.0, &with_parameters.product(&along.transpose()));
+        Self { names, mean: causes.mean, covariance, with_parameters }
     }
 
     /// `known` of the parameters, and this.

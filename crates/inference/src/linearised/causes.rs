@@ -4,38 +4,51 @@ use super::Linearised;
 use crate::InferenceError;
 use rijke_numerics::{Cholesky, Matrix, dot};
 
-/// The posterior of such causes, jointly with the parameters.
+/// What data tell of such causes beside the parameters. With Sigma the posterior covariance of the parameters,
+/// the causes have the covariance `given` + `along` Sigma `along`', and `along` Sigma with the parameters,
+/// whatever approximation Sigma is of.
 #[derive(Clone, Debug)]
 pub struct Causes {
     /// Mean of each.
     pub mean: Vec<f64>,
-    /// Their covariance.
-    pub covariance: Matrix,
-    /// Covariance with the working coordinates of the parameters: a row for each cause.
-    pub with_parameters: Matrix,
+    /// Their covariance if the parameters were known.
+    pub given: Matrix,
+    /// By how much the mean of each moves per working coordinate of a parameter: a row for each cause.
+    pub along: Matrix,
 }
 
 impl Linearised {
     /// The posterior of causes u that are normal about zero with these standard deviations, are part of the
     /// noise, and move the data by their `columns`.
     ///
-    /// With D the prior covariance of u, S the columns, and P as on the first page of this folder, the mean
-    /// is D S' C^-1 r, the covariance D - D S' P S D, and that with the parameters -D S' C^-1 F Sigma.
+    /// With D the prior covariance of u and S the columns, the mean is D S' C^-1 r, the covariance for known
+    /// parameters D - D S' C^-1 S D, and the mean moves with the parameters by -D S' C^-1 F.
     #[must_use]
     pub fn causes(&self, columns: &[Vec<f64>], sds: &[f64]) -> Causes {
-        let pulled: Vec<Vec<f64>> = columns.iter().map(|s| self.pulled(s)).collect();
-        let told: Vec<Vec<f64>> = columns.iter().map(|s| self.told_by(s)).collect();
         let (n, p) = (columns.len(), self.root.columns());
+        let pulled: Vec<Vec<f64>> = columns.iter().map(|s| self.pulled(s)).collect();
+        let told: Vec<Vec<f64>> =
+            columns.iter().map(|s| self.told_by(s).into_iter().take(p).collect()).collect();
+        let slopes: Vec<Vec<f64>> = told.iter().map(|told| self.unrooted(told)).collect();
         let variance = |k: usize| sds[k] * sds[k];
-        let along = |k: usize, i: usize| (0..p).map(|j| self.root[(j, i)] * told[k][j]).sum::<f64>();
         Causes {
             mean: (0..n).map(|k| variance(k) * dot(&columns[k], &self.pulls)).collect(),
-            covariance: Matrix::from_fn(n, n, |k, l| {
+            given: Matrix::from_fn(n, n, |k, l| {
                 let own = if k == l { variance(k) } else { 0.0 };
-                own - variance(k) * dot(&columns[k], &pulled[l]) * variance(l)
+                own - variance(k) * (dot(&columns[k], &pulled[l]) + dot(&told[k], &told[l])) * variance(l)
             }),
-            with_parameters: Matrix::from_fn(n, p, |k, i| -variance(k) * along(k, i)),
+            along: Matrix::from_fn(n, p, |k, i| -variance(k) * slopes[k][i]),
         }
+    }
+
+    /// x of S' x = `told`; S' is lower triangular.
+    fn unrooted(&self, told: &[f64]) -> Vec<f64> {
+        let mut x: Vec<f64> = Vec::with_capacity(told.len());
+        for (i, told) in told.iter().enumerate() {
+            let row = self.root.row(i);
+            x.push((told - dot(&row[..i], &x)) / row[i]);
+        }
+        x
     }
 
     /// By how much the means of [`Linearised::causes`] move if every datum reads `change` more.

@@ -243,6 +243,45 @@ fn exact_shared_errors_beyond_the_covariance_are_allowed_for() {
     assert_relative_eq!(moved[1], 0.25 * product(&columns[1], &pull), epsilon = 1e-9);
 }
 
+/// Causes that stand in the covariance of the data against the same as parameters: one joint posterior.
+#[test]
+fn oracle_causes_in_the_covariance_are_told_as_parameters_are() {
+    let (m, sd, sds) = (24, 0.4, [1.0, 0.5]);
+    let (x, y, _, parameters) = problem(m, 4, 3, NoiseGroup::fixed("noise", "1", sd));
+    let shared = design("shared errors", m, 2);
+    let columns: Vec<Vec<f64>> = (0..2).map(|k| (0..m).map(|i| shared[(i, k)]).collect()).collect();
+    let scaled = Matrix::from_fn(m, 2, |i, k| sds[k] * shared[(i, k)]);
+    let all: Vec<usize> = (0..m).collect();
+    let noise = || vec![NoiseGroup::fixed("noise", "1", sd)];
+    let observation = || Observation::new("all", y.clone()).with_independent_noise(0, &all);
+    let floor = scaled.product(&scaled.transpose());
+    let data = Data::new(vec![observation().with_floor(floor)], noise()).unwrap();
+    let model = Linear(x.clone());
+    let posterior = Posterior::new(&model, &data, &parameters).unwrap();
+    let fit = posterior.map(&MapOptions::default()).unwrap();
+    let laplace = posterior.laplace(&fit).unwrap();
+    let causes = posterior.linearised(&fit, &laplace).unwrap().causes(&columns, &sds);
+    let sigma = &laplace.physical_covariance;
+    let slopes: Vec<f64> =
+        parameters.list().iter().zip(&fit.working).map(|(p, z)| p.physical(*z)[1]).collect();
+    let along = Matrix::from_fn(2, 4, |k, i| causes.along[(k, i)] / slopes[i]);
+    let cross = along.product(sigma);
+    let own = causes.given.plus(1.0, &cross.product(&along.transpose()));
+
+    let wide = Linear(Matrix::from_fn(m, 6, |i, j| if j < 4 { x[(i, j)] } else { shared[(i, j - 4)] }));
+    let explicit = (0..2).map(|k| normal(["u", "v"][k], 0.0, sds[k]));
+    let explicit = Parameters::new(parameters.list().iter().cloned().chain(explicit).collect()).unwrap();
+    let data = Data::new(vec![observation()], noise()).unwrap();
+    let posterior = Posterior::new(&wide, &data, &explicit).unwrap();
+    let fit = posterior.map(&MapOptions::default()).unwrap();
+    let joint = posterior.laplace(&fit).unwrap().physical_covariance;
+    for k in 0..2 {
+        assert_relative_eq!(causes.mean[k], fit.parameters[4 + k], epsilon = 1e-8);
+        (0..2).for_each(|l| assert_relative_eq!(own[(k, l)], joint[(4 + k, 4 + l)], epsilon = 1e-9));
+        (0..4).for_each(|i| assert_relative_eq!(cross[(k, i)], joint[(4 + k, i)], epsilon = 1e-9));
+    }
+}
+
 /// A constant and a slope from `n` data of one noise that floats, and a floor.
 fn line(n: usize, floor: f64) -> (Linear, Data, Parameters) {
     let x = Matrix::from_fn(n, 2, |i, j| if j == 0 { 1.0 } else { i as f64 - 0.3 });
