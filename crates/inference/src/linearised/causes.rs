@@ -4,9 +4,9 @@ use super::Linearised;
 use crate::InferenceError;
 use rijke_numerics::{Cholesky, Matrix, dot};
 
-/// What data tell of such causes beside the parameters. With Sigma the posterior covariance of the parameters,
-/// the causes have the covariance `given` + `along` Sigma `along`', and `along` Sigma with the parameters,
-/// whatever approximation Sigma is of.
+/// What data tell of such causes beside the parameters. With Sigma the posterior covariance of the
+/// parameters, by whatever approximation, the causes have the covariance `given` + `along` Sigma `along`',
+/// and `along` Sigma with the parameters.
 #[derive(Clone, Debug)]
 pub struct Causes {
     /// Mean of each.
