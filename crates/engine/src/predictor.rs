@@ -1,5 +1,6 @@
 //! Many observations as one forward model.
 
+use crate::in_order::InOrder;
 use crate::observed::{Observed, Used};
 use crate::point::{parts, respond_together};
 use crate::{Assembly, EngineError, PointModel};
@@ -25,7 +26,7 @@ impl<'a> Predictor<'a> {
         let point = |(o, u): (&Observed, &Used)| {
             Ok(PointModel::new(assembly, &o.conditions, &u.microphones)?.starting_from(o.near).prepared())
         };
-        let points = observed.par_iter().zip(used).map(point).collect::<Result<_, EngineError>>()?;
+        let points = observed.par_iter().zip(used).map(point).in_order()?;
         Ok(Self { points, parameters: assembly.parameters().len() })
     }
 
@@ -40,7 +41,7 @@ impl<'a> Predictor<'a> {
         let found: Vec<Vec<Response>> = groups
             .par_iter()
             .map_init(Workspace::default, |work, group| respond_together(group, values, order, work))
-            .collect::<Result<_, EngineError>>()?;
+            .in_order()?;
         Ok(found.into_iter().flatten().collect())
     }
 }

@@ -1,6 +1,7 @@
 //! What errors of the base states do to predictions: a systematic covariance that operating points share.
 
 use super::principal::Principal;
+use crate::in_order::InOrder;
 use crate::observed::{Observed, Used};
 use crate::point::parts;
 use crate::{Assembly, Conditions, EngineError, PointModel};
@@ -40,7 +41,7 @@ impl BaseErrors {
         let at = |(o, u): (&Observed, &Used)| {
             changes(assembly, &o.conditions, o.near, &u.microphones, values, None)
         };
-        Ok(Self { points: observed.par_iter().zip(used).map(at).collect::<Result<_, _>>()? })
+        Ok(Self { points: observed.par_iter().zip(used).map(at).in_order()? })
     }
 
     /// As [`BaseErrors::new`], of the errors of factors.

@@ -1,5 +1,6 @@
 //! Parameters that come out a little different each time the rig is put together.
 
+use crate::in_order::InOrder;
 use crate::noise::{BETWEEN, Varying};
 use crate::observed::{Observed, Used};
 use crate::{Assembly, EngineError, NamedGaussian, PointModel, Training};
@@ -34,7 +35,7 @@ impl Scatter {
             let response = point.respond(values, Order::First, &mut Workspace::default())?;
             Ok(places.iter().map(|(k, _)| point.slope(&response, *k)).collect())
         };
-        let by_point: Vec<_> = observed.par_iter().zip(used).map(at).collect::<Result<_, _>>()?;
+        let by_point: Vec<_> = observed.par_iter().zip(used).map(at).in_order()?;
         let scatter = |(index, (k, varying)): (usize, &(usize, &Varying))| Self {
             group: NoiseGroup {
                 name: format!("{}{BETWEEN}", varying.parameter),

@@ -6,6 +6,7 @@ use super::followed::Followed;
 use super::inputs::{ambient_of_all, conditions, states};
 use super::meant::observed;
 use super::predicted::{Forecast, averaged};
+use crate::in_order::InOrder;
 use crate::{
     Assembly, Conditions, EngineError, Misfit, Observed, PointModel, PointPrediction, SavedModel, Spectrum,
     TrainedPosterior,
@@ -99,7 +100,7 @@ pub fn forecast(
     let others: BTreeMap<String, [f64; 2]> = points.par_iter().filter_map(other).collect();
     forecasts.iter_mut().for_each(|f| f.other = others.get(&f.point).copied());
     let of = |o: &OpenModel| Ok((o.odds, Asked::of(&known, &o.model)?.forecasts(&sought).0));
-    let open: Vec<(f64, Vec<Forecast>)> = open.par_iter().map(of).collect::<Result<_, EngineError>>()?;
+    let open: Vec<(f64, Vec<Forecast>)> = open.par_iter().map(of).in_order()?;
     if !open.is_empty() {
         forecasts.iter_mut().for_each(|own| own.averaged = averaged(own, &open));
     }

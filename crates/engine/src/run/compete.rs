@@ -5,6 +5,7 @@ use super::earlier::Earlier;
 use super::inputs::selected;
 use super::record::{CarriedOn, ModelRecord};
 use crate::EngineError;
+use crate::in_order::InOrder;
 use crate::rows::Row;
 use rayon::prelude::*;
 use rijke_study::plan::{Prefer, Stage};
@@ -33,7 +34,7 @@ impl Run {
             .par_iter()
             .zip(&known)
             .map(|(row, known)| trained(row, known, Trusted::Laplace))
-            .collect::<Result<_, _>>()?;
+            .in_order()?;
         if self.trusted != Trusted::Laplace {
             let best = best_of(&results);
             let contends =
@@ -49,7 +50,7 @@ impl Run {
                     let (model, chosen) = again(Trusted::Searched)?;
                     if contends(&model, &chosen) { again(self.trusted) } else { Ok((model, chosen)) }
                 })
-                .collect::<Result<_, EngineError>>()?;
+                .in_order()?;
         }
         Ok((rows, results))
     }

@@ -1,5 +1,6 @@
 //! Whether the modes that were measured are those of the model.
 
+use crate::in_order::InOrder;
 use crate::point::respond_together;
 use crate::{Assembly, EngineError, NamedGaussian, Observed, PointModel};
 use rayon::prelude::*;
@@ -44,8 +45,7 @@ pub(super) fn check_modes(
             }
         })
     };
-    let found: Vec<Vec<Option<f64>>> =
-        groups.par_iter().map(of_a_point).collect::<Result<_, EngineError>>()?;
+    let found: Vec<Vec<Option<f64>>> = groups.par_iter().map(of_a_point).in_order()?;
     let found: Vec<Option<f64>> = found.into_iter().flatten().collect();
     for (k, (o, omega)) in points.iter().zip(&found).enumerate() {
         let layout = &o.conditions.layout;

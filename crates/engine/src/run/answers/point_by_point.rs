@@ -7,6 +7,7 @@ use super::super::inputs::selected;
 use super::answer::{AnswerPanel, Found, Layer, LayerLook};
 use super::axes::{axis_label, symbol};
 use super::kinds::Ask;
+use crate::in_order::InOrder;
 use crate::rows::with_candidates;
 use crate::{Assembly, EngineError, Noise, Observed, Trained, train};
 use rayon::prelude::*;
@@ -93,7 +94,7 @@ impl Run {
             let per = per.map_or(1.0, |k| o.conditions.point.factors[k]);
             Ok(numbers(&assembly, place.unwrap_or(0), o, &trained, per))
         };
-        let found = points.par_iter().map(at).collect::<Result<Vec<_>, EngineError>>()?;
+        let found = points.par_iter().map(at).in_order()?;
         let (name, unit) = self.coefficient(free, per);
         let mut columns = self.factor_columns();
         let first = columns.len();

@@ -3,6 +3,7 @@
 use super::place::{Place, Wish};
 use super::predictive::Numbers;
 use super::told::Aim;
+use crate::in_order::InOrder;
 use crate::run::average::OpenModel;
 use crate::{EngineError, SavedModel};
 use rayon::prelude::*;
@@ -110,7 +111,7 @@ pub fn microphones(
             nats,
         })
     };
-    let mut found = all.par_iter().map(choice).collect::<Result<Vec<_>, _>>()?;
+    let mut found = all.par_iter().map(choice).in_order()?;
     found.sort_by(|a, b| b.nats.total_cmp(&a.nats));
     let (in_use, further) = found.into_iter().partition(|m| m.in_use);
     Ok(MicrophoneTable {

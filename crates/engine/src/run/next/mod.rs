@@ -18,6 +18,7 @@ pub use sequence::{Lead, Leads, Sequence};
 pub use told::Aim;
 
 use super::average::OpenModel;
+use crate::in_order::InOrder;
 use crate::{EngineError, SavedModel};
 use place::Place;
 use plan::Worth;
@@ -178,7 +179,7 @@ impl Judged<'_> {
                 nats: self.told.gain(wish.aim, &[k])?,
             })
         };
-        let points = (0..self.kept.len()).into_par_iter().map(alone).collect::<Result<Vec<_>, _>>()?;
+        let points = (0..self.kept.len()).into_par_iter().map(alone).in_order()?;
         let gain = |set: &[usize]| self.told.gain(wish.aim, set);
         let worth = Worth { gain: &gain, cost: &|set| self.hours(set).unwrap_or(set.len() as f64) };
         let all: Vec<usize> = (0..self.kept.len()).collect();
