@@ -9,7 +9,6 @@ mod errors;
 pub mod folder;
 mod gaussian;
 mod groups;
-mod in_order;
 mod noise;
 mod observed;
 mod point;

@@ -1,13 +1,12 @@
 //! Many observations as one forward model.
 
-use crate::in_order::InOrder;
 use crate::observed::{Observed, Used};
 use crate::point::{parts, respond_together};
 use crate::{Assembly, EngineError, PointModel};
 use rayon::prelude::*;
 use rijke_inference::{Forward, ForwardError, Prediction};
 use rijke_network::{Response, Workspace};
-use rijke_numerics::{Jet, Matrix, Order};
+use rijke_numerics::{InOrder, Jet, Matrix, Order};
 
 /// The predictions of several [`PointModel`]s, one after the other: s, then relative pressures, real and
 /// imaginary parts in turn.
@@ -26,7 +25,7 @@ impl<'a> Predictor<'a> {
         let point = |(o, u): (&Observed, &Used)| {
             Ok(PointModel::new(assembly, &o.conditions, &u.microphones)?.starting_from(o.near).prepared())
         };
-        let points = observed.par_iter().zip(used).map(point).in_order()?;
+        let points = observed.par_iter().zip(used).map(point).in_order::<Result<_, EngineError>>()?;
         Ok(Self { points, parameters: assembly.parameters().len() })
     }
 
@@ -41,7 +40,7 @@ impl<'a> Predictor<'a> {
         let found: Vec<Vec<Response>> = groups
             .par_iter()
             .map_init(Workspace::default, |work, group| respond_together(group, values, order, work))
-            .in_order()?;
+            .in_order::<Result<_, EngineError>>()?;
         Ok(found.into_iter().flatten().collect())
     }
 }

@@ -64,12 +64,20 @@ impl Cholesky {
     /// L^{-1} b: the vector in units of its own standard deviations, if A is a covariance.
     #[must_use]
     pub fn whiten(&self, b: &[f64]) -> Vec<f64> {
-        let mut y: Vec<f64> = Vec::with_capacity(b.len());
-        for i in 0..b.len() {
-            let row = self.lower.row(i);
-            let known = dot(&row[..i], &y);
-            y.push((b[i] - known) / row[i]);
-        }
-        y
+        forward(&self.lower, b)
     }
+}
+
+/// The solution y of L y = b by forward substitution; of L only the lower triangle is read.
+///
+/// # Panics
+/// If `b` is longer than L.
+#[must_use]
+pub fn forward(lower: &Matrix, b: &[f64]) -> Vec<f64> {
+    let mut y: Vec<f64> = Vec::with_capacity(b.len());
+    for (i, b) in b.iter().enumerate() {
+        let row = lower.row(i);
+        y.push((b - dot(&row[..i], &y)) / row[i]);
+    }
+    y
 }

@@ -8,6 +8,7 @@ mod failure;
 mod field;
 mod files;
 mod howe;
+mod in_order;
 mod jet;
 mod output;
 mod product;
@@ -19,7 +20,7 @@ mod whole;
 pub mod wide;
 pub mod words;
 
-pub use cholesky::Cholesky;
+pub use cholesky::{Cholesky, forward};
 pub use complex_dual::ComplexDual;
 pub use dense::{
     DenseError, Matrix, complex_eigenvalues, complex_lu_solve, dot, interpolate, least_direction,
@@ -29,6 +30,7 @@ pub use failure::{Blame, Classify, Failed};
 pub use field::{GridField, Lines, Zero};
 pub use files::{LARGEST_TEXT, Unreadable, open_file, read_bytes, read_text};
 pub use howe::{howe, howe_parts};
+pub use in_order::InOrder;
 pub use jet::{Jet, JetSpace, Order};
 pub use output::{Lock, StagedFolder, keep_others, write_output, write_within};
 pub use streams::{Stream, Streams};

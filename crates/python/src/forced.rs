@@ -7,7 +7,7 @@ use pyo3::prelude::*;
 use rayon::prelude::*;
 use rijke_network::file::Built;
 use rijke_network::{NetworkError, Source, Workspace};
-use rijke_numerics::{C64, Jet, Order};
+use rijke_numerics::{C64, InOrder, Jet, Order};
 
 /// Complex angular frequencies from Python, of any shape.
 pub(crate) type Frequencies<'py> = PyArrayLikeDyn<'py, C64, AllowTypeChange>;
@@ -93,6 +93,6 @@ fn at_each(
     }
     let s: Vec<C64> = s.as_array().iter().copied().collect();
     let one = |s: &C64| WORK.with_borrow_mut(|work| of(*s, work));
-    let found: Result<Vec<Vec<C64>>, _> = py.detach(|| s.par_iter().map(one).collect());
+    let found: Result<Vec<Vec<C64>>, _> = py.detach(|| s.par_iter().map(one).in_order());
     Ok((s.len(), found?.concat()))
 }

@@ -8,7 +8,7 @@ use pyo3::prelude::*;
 use rayon::prelude::*;
 use rijke_engine::{Assembly, EngineError, Observed, PointModel};
 use rijke_network::Response;
-use rijke_numerics::{C64, Order};
+use rijke_numerics::{C64, InOrder, Order};
 use std::sync::Arc;
 
 type Points<'a> = Vec<PointModel<'a>>;
@@ -67,7 +67,7 @@ impl Model {
         let found: Result<_, EngineError> = if count < FEW {
             (0..count).map(one).collect()
         } else {
-            (0..count).into_par_iter().map(one).collect()
+            (0..count).into_par_iter().map(one).in_order()
         };
         Ok(found?)
     }

@@ -9,7 +9,7 @@ use pyo3::types::{PyComplex, PyDict, PyFloat, PyTuple};
 use rayon::prelude::*;
 use rijke_network::file::{Account, Built, NamedNumbers, read, samples_of_each};
 use rijke_network::{Device, Mode, Newton, Region, Root};
-use rijke_numerics::C64;
+use rijke_numerics::{C64, InOrder};
 use std::f64::consts::PI;
 
 /// See `rijke.Network`.
@@ -234,7 +234,7 @@ impl Network {
             let row: Vec<f64> = columns.iter().map(|column| column[k]).collect();
             self.solve_with(*guess, &names, &row)
         };
-        let found: Answer<Vec<C64>> = py.detach(|| guesses.par_iter().enumerate().map(one).collect());
+        let found: Answer<Vec<C64>> = py.detach(|| guesses.par_iter().enumerate().map(one).in_order());
         let found = found.map_err(|e| self.fault(e))?;
         Ok(match (shape.is_empty(), found.first()) {
             (true, Some(s)) => PyComplex::from_doubles(py, s.re, s.im).into_any(),
@@ -244,7 +244,7 @@ impl Network {
 
     fn derivatives<'py>(&self, py: Python<'py>, s: C64, names: Vec<String>) -> PyResult<Bound<'py, PyAny>> {
         let one = |name: &String| self.numbers.derivative(s, name);
-        let found: Result<Vec<C64>, _> = py.detach(|| names.par_iter().map(one).collect());
+        let found: Result<Vec<C64>, _> = py.detach(|| names.par_iter().map(one).in_order());
         Ok(array(py, &[names.len()], found.map_err(|e| self.fault(e))?)?.into_any())
     }
 

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use rijke_engine::run::{Chosen, Datum};
 use rijke_engine::{LawError, Misfit};
 use rijke_inference::Gaussian;
-use rijke_numerics::{Cholesky, Matrix};
+use rijke_numerics::{Cholesky, InOrder, Matrix};
 
 /// See `rijke.Posterior`.
 #[pyclass(frozen, module = "rijke._native")]
@@ -131,7 +131,7 @@ impl Posterior {
                 .map(|o| {
                     posterior.predict(assembly, &o.conditions, &reference, Some(o.near), self.law.as_ref())
                 })
-                .collect::<Result<Vec<_>, _>>()
+                .in_order::<Result<Vec<_>, _>>()
         });
         let found = found.map_err(Fault::from)?;
         let n = [found.len()];

@@ -141,9 +141,8 @@ impl Assemblies {
 
 impl Learned {
     /// The posterior of errors with these names and standard deviations, which are part of the noise of a
-    /// training and move its data by their `columns`; its parameters have these `values` and this
-    /// `covariance`, which that of the errors contains: a joint covariance of two approximations need not be
-    /// one.
+    /// training and move its data by their `columns`. The covariance of the errors is built on this one of
+    /// the parameters: of two approximations, a joint matrix could have negative eigenvalues.
     pub(crate) fn of(
         linear: &Linearised,
         names: Vec<String>,

@@ -1,13 +1,12 @@
 //! What errors of the base states do to predictions: a systematic covariance that operating points share.
 
 use super::principal::Principal;
-use crate::in_order::InOrder;
 use crate::observed::{Observed, Used};
 use crate::point::parts;
 use crate::{Assembly, Conditions, EngineError, PointModel};
 use rayon::prelude::*;
 use rijke_network::Workspace;
-use rijke_numerics::{C64, Matrix, Order};
+use rijke_numerics::{C64, InOrder, Matrix, Order};
 use rijke_study::{Cause, PointState, STEP};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -41,7 +40,7 @@ impl BaseErrors {
         let at = |(o, u): (&Observed, &Used)| {
             changes(assembly, &o.conditions, o.near, &u.microphones, values, None)
         };
-        Ok(Self { points: observed.par_iter().zip(used).map(at).in_order()? })
+        Ok(Self { points: observed.par_iter().zip(used).map(at).in_order::<Result<_, _>>()? })
     }
 
     /// As [`BaseErrors::new`], of the errors of factors.
@@ -55,7 +54,7 @@ impl BaseErrors {
         values: &[f64],
     ) -> Result<Vec<Changes>, EngineError> {
         let at = |(o, u): (&Observed, &Used)| of_factors(assembly, o, &u.microphones, values);
-        observed.par_iter().zip(used).map(at).collect()
+        observed.par_iter().zip(used).map(at).in_order()
     }
 
     /// No error at any of so many points.

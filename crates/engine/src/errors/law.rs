@@ -7,7 +7,7 @@ use crate::observed::{Observed, Used};
 use crate::{Assembly, Conditions, EngineError, PointModel};
 use rayon::prelude::*;
 use rijke_network::Workspace;
-use rijke_numerics::{C64, Order};
+use rijke_numerics::{C64, InOrder, Order};
 use rijke_study::Cause;
 use std::f64::consts::TAU;
 
@@ -46,7 +46,7 @@ impl LawErrors {
         values: &[f64],
     ) -> Result<Vec<Changes>, EngineError> {
         let at = |(o, u): (&Observed, &Used)| self.changes_at(&o.conditions, o.near, &u.microphones, values);
-        observed.par_iter().zip(used).map(at).collect()
+        observed.par_iter().zip(used).map(at).in_order()
     }
 
     /// As [`LawErrors::changes`], at one point, whose root is near `near`.

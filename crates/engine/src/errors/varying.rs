@@ -1,13 +1,12 @@
 //! Parameters that come out a little different each time the rig is put together.
 
-use crate::in_order::InOrder;
 use crate::noise::{BETWEEN, Varying};
 use crate::observed::{Observed, Used};
 use crate::{Assembly, EngineError, NamedGaussian, PointModel, Training};
 use rayon::prelude::*;
 use rijke_inference::{NoiseEstimate, NoiseGroup};
 use rijke_network::Workspace;
-use rijke_numerics::{Matrix, Order};
+use rijke_numerics::{InOrder, Matrix, Order};
 
 /// A varying parameter as a group of noise, and where that noise points.
 pub(crate) struct Scatter {
@@ -35,7 +34,7 @@ impl Scatter {
             let response = point.respond(values, Order::First, &mut Workspace::default())?;
             Ok(places.iter().map(|(k, _)| point.slope(&response, *k)).collect())
         };
-        let by_point: Vec<_> = observed.par_iter().zip(used).map(at).in_order()?;
+        let by_point: Vec<_> = observed.par_iter().zip(used).map(at).in_order::<Result<_, _>>()?;
         let scatter = |(index, (k, varying)): (usize, &(usize, &Varying))| Self {
             group: NoiseGroup {
                 name: format!("{}{BETWEEN}", varying.parameter),

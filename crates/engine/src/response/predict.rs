@@ -9,7 +9,7 @@ use crate::{Assembly, Conditions, EngineError};
 use rayon::prelude::*;
 use rijke_inference::{Forward, ForwardError, Prediction};
 use rijke_network::{Source, Workspace};
-use rijke_numerics::{C64, Jet, Matrix, Order};
+use rijke_numerics::{C64, InOrder, Jet, Matrix, Order};
 use rijke_study::Place;
 use rijke_study::responses::ResponseKind;
 use std::f64::consts::PI;
@@ -94,7 +94,7 @@ impl<'a> Load<'a> {
         self.frequency_hz
             .par_iter()
             .map_init(Workspace::default, |work, f| one(&filled, C64::new(0.0, 2.0 * PI * f), order, work))
-            .collect()
+            .in_order()
     }
 
     fn at(

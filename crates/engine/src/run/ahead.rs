@@ -17,8 +17,7 @@ use std::collections::BTreeSet;
 
 /// The most models of a stage that are carried on.
 const MOST: usize = 8;
-/// Nats by which a model of a later stage may trail after the first model here and yet be tried after the
-/// others.
+/// A model of a later stage that trails by more nats on the first model here is not tried on the others.
 const REACH: f64 = 25.0;
 
 /// What later stages find if a model is right.
@@ -53,7 +52,8 @@ impl Run {
         }
         open.sort_by(|a, b| total(*b).total_cmp(&total(*a)));
         open.truncate(MOST);
-        // What goes on by this stage alone goes first: its later rows are those of the stages themselves.
+        // The model that this stage alone would choose comes first: unless later stages overrule it, the
+        // study needs its later rows anyway.
         if let Ok([_, next]) = goes_on(stage, results, &[])
             && let Some(place) = open.iter().position(|k| *k == next)
         {
@@ -70,8 +70,6 @@ impl Run {
                 _ => (CarriedOn { id, ln_evidence: None, later: Vec::new() }, None, Vec::new()),
             }
         };
-        // A model of a later stage that trails far behind after the first model here is not tried after the
-        // others.
         let (first, near, beside) = with(open[0], None);
         let others = open[1..].par_iter().map(|&k| with(k, near.as_ref())).collect::<Vec<_>>();
         let (mut all, mut trained) = (vec![first], beside);

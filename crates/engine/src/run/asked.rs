@@ -6,7 +6,6 @@ use super::followed::Followed;
 use super::inputs::{ambient_of_all, conditions, states};
 use super::meant::observed;
 use super::predicted::{Forecast, averaged};
-use crate::in_order::InOrder;
 use crate::{
     Assembly, Conditions, EngineError, Misfit, Observed, PointModel, PointPrediction, SavedModel, Spectrum,
     TrainedPosterior,
@@ -14,7 +13,7 @@ use crate::{
 use rayon::prelude::*;
 use rijke_inference::{Parameter, normal_cdf};
 use rijke_network::Region;
-use rijke_numerics::C64;
+use rijke_numerics::{C64, InOrder};
 use rijke_study::{ObservedModes, PointState, Study};
 use std::collections::BTreeMap;
 
@@ -100,7 +99,7 @@ pub fn forecast(
     let others: BTreeMap<String, [f64; 2]> = points.par_iter().filter_map(other).collect();
     forecasts.iter_mut().for_each(|f| f.other = others.get(&f.point).copied());
     let of = |o: &OpenModel| Ok((o.odds, Asked::of(&known, &o.model)?.forecasts(&sought).0));
-    let open: Vec<(f64, Vec<Forecast>)> = open.par_iter().map(of).in_order()?;
+    let open: Vec<(f64, Vec<Forecast>)> = open.par_iter().map(of).in_order::<Result<_, EngineError>>()?;
     if !open.is_empty() {
         forecasts.iter_mut().for_each(|own| own.averaged = averaged(own, &open));
     }

@@ -5,9 +5,9 @@ use super::earlier::Earlier;
 use super::inputs::selected;
 use super::record::{CarriedOn, ModelRecord};
 use crate::EngineError;
-use crate::in_order::InOrder;
 use crate::rows::Row;
 use rayon::prelude::*;
+use rijke_numerics::InOrder;
 use rijke_study::plan::{Prefer, Stage};
 
 impl Run {
@@ -34,7 +34,7 @@ impl Run {
             .par_iter()
             .zip(&known)
             .map(|(row, known)| trained(row, known, Trusted::Laplace))
-            .in_order()?;
+            .in_order::<Result<_, _>>()?;
         if self.trusted != Trusted::Laplace {
             let best = best_of(&results);
             let contends =
@@ -50,7 +50,7 @@ impl Run {
                     let (model, chosen) = again(Trusted::Searched)?;
                     if contends(&model, &chosen) { again(self.trusted) } else { Ok((model, chosen)) }
                 })
-                .in_order()?;
+                .in_order::<Result<_, EngineError>>()?;
         }
         Ok((rows, results))
     }

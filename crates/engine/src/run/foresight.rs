@@ -3,13 +3,12 @@
 use super::combined::{assembly_of, first_of_responses, rows_of};
 use super::inputs::{ambient_of_all, conditions_or_ambient, lacks_state, states};
 use super::record::UNIDENTIFIED;
-use crate::in_order::InOrder;
 use crate::rows::{Choice, Row};
 use crate::{Assembly, Conditions, EngineError, PointModel};
 use rayon::prelude::*;
 use rijke_inference::Parameters;
 use rijke_network::Workspace;
-use rijke_numerics::{Matrix, Order, symmetric_eigen};
+use rijke_numerics::{InOrder, Matrix, Order, symmetric_eigen};
 use rijke_study::plan::Stage;
 use rijke_study::{ObservedModes, Study};
 use serde::Serialize;
@@ -100,7 +99,7 @@ pub fn foresight(
         });
         let before: Vec<&Information> = stage.on.iter().filter_map(|id| Some(&done.get(id)?.1)).collect();
         let one = |row: &Row| foreseen(study, stage, row, &points, &before, sd);
-        let found = rows.par_iter().map(one).in_order()?;
+        let found = rows.par_iter().map(one).in_order::<Result<Vec<_>, EngineError>>()?;
         let (models, information): (Vec<Foreseen>, Vec<Information>) = found.into_iter().unzip();
         if let (Some(row), Some(first)) = (rows.into_iter().next(), information.into_iter().next()) {
             done.insert(stage.id.clone(), (row.choice, first));
@@ -214,7 +213,7 @@ fn information(
                 * scale[j]
         })))
     };
-    let found = points.par_iter().map(one).in_order()?;
+    let found = points.par_iter().map(one).in_order::<Result<Vec<_>, EngineError>>()?;
     let mut total = Matrix::zeros(n, n);
     let mut lost = Vec::new();
     for (information, c) in found.into_iter().zip(points) {

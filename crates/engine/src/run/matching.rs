@@ -1,11 +1,10 @@
 //! Whether the modes that were measured are those of the model.
 
-use crate::in_order::InOrder;
 use crate::point::respond_together;
 use crate::{Assembly, EngineError, NamedGaussian, Observed, PointModel};
 use rayon::prelude::*;
 use rijke_network::Workspace;
-use rijke_numerics::Order;
+use rijke_numerics::{InOrder, Order};
 use rijke_study::hertz;
 
 /// Parts of the distance between modes by which a measured mode may differ from the one of the model that is
@@ -45,7 +44,8 @@ pub(super) fn check_modes(
             }
         })
     };
-    let found: Vec<Vec<Option<f64>>> = groups.par_iter().map(of_a_point).in_order()?;
+    let found: Vec<Vec<Option<f64>>> =
+        groups.par_iter().map(of_a_point).in_order::<Result<_, EngineError>>()?;
     let found: Vec<Option<f64>> = found.into_iter().flatten().collect();
     for (k, (o, omega)) in points.iter().zip(&found).enumerate() {
         let layout = &o.conditions.layout;

@@ -1,5 +1,5 @@
-//! Rows that a study needs in several of its courses, each trained once: a model that is carried on through
-//! later stages is, as a rule, the one that goes on, and then its rows are those of the stages themselves.
+//! Rows that are needed more than once, each trained once. The model that goes on is carried through later
+//! stages first, and these stages then need the same rows.
 
 use super::course::{Found, Kept, Run, Trusted};
 use crate::rows::Row;
@@ -8,8 +8,8 @@ use rijke_study::plan::Stage;
 use std::sync::{Arc, PoisonError};
 
 impl Run {
-    /// What `train` finds of a row on the models that the stages before have chosen; as it was found before,
-    /// if it was trained on the same ones. A search that begins near another one is not kept.
+    /// What `train` finds of a row. A row that was trained before on the same models of earlier stages is not
+    /// trained again. Nothing is kept of a search that begins near another one.
     ///
     /// # Errors
     /// Those of `train`.

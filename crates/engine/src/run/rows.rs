@@ -112,6 +112,7 @@ impl Run {
             trained.sampler.iter().map(ToString::to_string).chain(feeding(reflections)).collect();
         let fitted = self.fitted(stage, &found, &record.predicted);
         let mut doubts = doubts(&found.observed, &fitted, record.misfit, floats(&trained.noise));
+        // Not in the first pass of a course whose evidence is checked further.
         if trusted != Trusted::Laplace || self.trusted == Trusted::Laplace {
             doubts.extend(self.turned(stage, row, &found)?);
         }

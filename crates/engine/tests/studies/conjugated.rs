@@ -4,7 +4,7 @@ use super::folder::Folder;
 use super::tube::TUBE;
 use super::{ORIGIN, run};
 use rijke_engine::EngineError;
-use rijke_numerics::C64;
+use rijke_numerics::{C64, Classify};
 use std::f64::consts::PI;
 
 /// Places of the microphones, m; the first is the reference.
@@ -22,7 +22,10 @@ fn pressures() -> [C64; 2] {
 /// The remark on the model that is fitted to pressures which `cells` writes, two columns and two standard
 /// deviations of each.
 fn said(name: &str, head: &str, cells: impl Fn(C64) -> String) -> Result<String, EngineError> {
-    let microphones = "[microphones]\nat = [\"0.3 m\", \"0.55 m\", \"0.8 m\"]\nnames = [\"m0\", \"m1\", \"m2\"]\nreference = \"m0\"\n[upstream]";
+    let [a, b, c] = AT;
+    let microphones = format!(
+        "[microphones]\nat = [{a}, {b}, {c}]\nnames = [\"m0\", \"m1\", \"m2\"]\nreference = \"m0\"\n[upstream]"
+    );
     let c = (1.4_f64 * 287.05 * 293.15).sqrt();
     let [one, two] = pressures().map(cells);
     let modes = format!(
@@ -35,7 +38,7 @@ fn said(name: &str, head: &str, cells: impl Fn(C64) -> String) -> Result<String,
     let folder = Folder::new(
         name,
         &[
-            ("rig.toml", &TUBE.replace("[upstream]", microphones)),
+            ("rig.toml", &TUBE.replace("[upstream]", &microphones)),
             ("campaign.csv", "point,x [cm],T_amb [degC]\na,100,20\n"),
             (
                 "study.toml",
@@ -65,8 +68,6 @@ fn message_degrees_that_are_called_radians_are_refused() {
     // From 0 to 360 degrees. A small angle in degrees is an angle in radians too.
     let degrees = |p: C64| format!("{:.9},1e-3,{:.9},0.1", p.norm(), p.arg().to_degrees().rem_euclid(360.0));
     assert!(!said("degrees", &head("deg"), degrees).unwrap().contains("conjugate"));
-    let refused = said("radians", &head("rad"), degrees).unwrap_err();
-    let chain = std::iter::successors(Some(&refused as &dyn std::error::Error), |e| e.source());
-    let text = chain.map(ToString::to_string).collect::<Vec<_>>().join("\n");
-    assert!(text.contains("write [deg] in the heading"), "{text}");
+    let refused = said("radians", &head("rad"), degrees).or_bad_input().unwrap_err().to_string();
+    assert!(refused.contains("write [deg] in the heading"), "{refused}");
 }

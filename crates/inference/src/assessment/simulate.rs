@@ -9,7 +9,7 @@ use crate::problem::{Data, NoiseMode, Observation};
 use rand::RngExt;
 use rand_distr::StandardNormal;
 use rayon::prelude::*;
-use rijke_numerics::{Order, Stream, Streams};
+use rijke_numerics::{InOrder, Order, Stream, Streams};
 use serde::{Deserialize, Serialize};
 
 /// What refits of simulated data say of one parameter.
@@ -104,7 +104,7 @@ impl Posterior<'_> {
                 let mut stream = streams.stream(&format!("inference/check/{k}"));
                 self.refit(&fit.working, options, &mut stream)
             })
-            .collect::<Result<_, _>>()?;
+            .in_order::<Result<_, _>>()?;
         let good: Vec<Laplace> = refits.into_iter().flatten().collect();
         let count = good.len() as f64;
         let rows = self.parameters().list().iter().enumerate().map(|(i, parameter)| {
@@ -167,7 +167,7 @@ impl Posterior<'_> {
                     (0..p).map(|i| normal_cdf((truth[i] - l.mean[i]) / l.covariance[(i, i)].sqrt())).collect()
                 }))
             })
-            .collect::<Result<_, InferenceError>>()?;
+            .in_order::<Result<_, InferenceError>>()?;
         let good: Vec<Vec<f64>> = quantiles.into_iter().flatten().collect();
         let histograms: Vec<Vec<usize>> = (0..p)
             .map(|i| {

@@ -6,7 +6,7 @@ use crate::density::{Energy, Objective};
 use crate::error::InferenceError;
 use crate::problem::{Data, Forward, NoiseMode, Parameters, Prediction};
 use rayon::prelude::*;
-use rijke_numerics::{Matrix, Order};
+use rijke_numerics::{InOrder, Matrix, Order};
 use std::f64::consts::PI;
 
 /// A model, its data and its prior: the unnormalised posterior density. Minus its logarithm is the cost J of
@@ -238,7 +238,7 @@ impl<'a> Posterior<'a> {
         if order == Order::Value {
             (0..count).map(block).collect()
         } else {
-            (0..count).into_par_iter().with_min_len(4).map(block).collect()
+            (0..count).into_par_iter().with_min_len(4).map(block).in_order()
         }
     }
 

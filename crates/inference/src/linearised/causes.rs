@@ -2,7 +2,7 @@
 
 use super::Linearised;
 use crate::InferenceError;
-use rijke_numerics::{Cholesky, Matrix, dot};
+use rijke_numerics::{Cholesky, Matrix, dot, forward};
 
 /// What data tell of such causes beside the parameters. With Sigma the posterior covariance of the
 /// parameters, by whatever approximation, the causes have the covariance `given` + `along` Sigma `along`',
@@ -19,36 +19,27 @@ pub struct Causes {
 
 impl Linearised {
     /// The posterior of causes u that are normal about zero with these standard deviations, are part of the
-    /// noise, and move the data by their `columns`.
+    /// noise, and move the data by their `columns`; of a model without the errors of
+    /// [`Linearised::with_shared`].
     ///
     /// With D the prior covariance of u and S the columns, the mean is D S' C^-1 r, the covariance for known
     /// parameters D - D S' C^-1 S D, and the mean moves with the parameters by -D S' C^-1 F.
     #[must_use]
     pub fn causes(&self, columns: &[Vec<f64>], sds: &[f64]) -> Causes {
         let (n, p) = (columns.len(), self.root.columns());
-        let pulled: Vec<Vec<f64>> = columns.iter().map(|s| self.pulled(s)).collect();
-        let told: Vec<Vec<f64>> =
-            columns.iter().map(|s| self.told_by(s).into_iter().take(p).collect()).collect();
-        let slopes: Vec<Vec<f64>> = told.iter().map(|told| self.unrooted(told)).collect();
+        let weighed: Vec<Vec<f64>> = columns.iter().map(|s| self.weighed(s)).collect();
+        // F' C^-1 s.
+        let slopes: Vec<Vec<f64>> =
+            columns.iter().map(|s| forward(&self.root, &self.told_by(s)[..p])).collect();
         let variance = |k: usize| sds[k] * sds[k];
         Causes {
             mean: (0..n).map(|k| variance(k) * dot(&columns[k], &self.pulls)).collect(),
             given: Matrix::from_fn(n, n, |k, l| {
                 let own = if k == l { variance(k) } else { 0.0 };
-                own - variance(k) * (dot(&columns[k], &pulled[l]) + dot(&told[k], &told[l])) * variance(l)
+                own - variance(k) * dot(&columns[k], &weighed[l]) * variance(l)
             }),
             along: Matrix::from_fn(n, p, |k, i| -variance(k) * slopes[k][i]),
         }
-    }
-
-    /// x of S' x = `told`; S' is lower triangular.
-    fn unrooted(&self, told: &[f64]) -> Vec<f64> {
-        let mut x: Vec<f64> = Vec::with_capacity(told.len());
-        for (i, told) in told.iter().enumerate() {
-            let row = self.root.row(i);
-            x.push((told - dot(&row[..i], &x)) / row[i]);
-        }
-        x
     }
 
     /// By how much the means of [`Linearised::causes`] move if every datum reads `change` more.

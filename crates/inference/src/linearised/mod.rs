@@ -257,14 +257,15 @@ impl Linearised {
         noise.parts.iter().map(one).sum()
     }
 
+    /// C^-1 v.
+    fn weighed(&self, v: &[f64]) -> Vec<f64> {
+        let own = |b: &Block| b.inverse.times(&v[b.first..b.first + b.inverse.rows()]);
+        self.blocks.iter().flat_map(own).collect()
+    }
+
     /// P v.
     fn pulled(&self, v: &[f64]) -> Vec<f64> {
-        let mut out: Vec<f64> = self
-            .blocks
-            .iter()
-            .flat_map(|b| b.inverse.times(&v[b.first..b.first + b.inverse.rows()]))
-            .collect();
-        let told = self.told_by(v);
+        let (mut out, told) = (self.weighed(v), self.told_by(v));
         for (i, o) in out.iter_mut().enumerate() {
             *o -= dot(self.learnt.row(i), &told);
         }

@@ -5,7 +5,7 @@ use crate::error::InferenceError;
 use rand::RngExt;
 use rand_distr::StandardNormal;
 use rayon::prelude::*;
-use rijke_numerics::{Order, Streams};
+use rijke_numerics::{InOrder, Order, Streams};
 use serde::{Deserialize, Serialize};
 
 /// An evidence by importance sampling, with the diagnosis of its weights.
@@ -81,7 +81,7 @@ pub(crate) fn weighed(
         let more: Vec<f64> = (ln_weights.len()..wanted)
             .into_par_iter()
             .map(|k| ln_weight(objective, proposal, k, streams))
-            .collect::<Result<_, _>>()?;
+            .in_order::<Result<_, _>>()?;
         ln_weights.extend(more);
         let found = verdict(&ln_weights);
         if wanted == draws || (found.good() && found.standard_error < ENOUGH) {

@@ -12,7 +12,7 @@ use crate::apparatus::tube;
 use crate::truth::{LabError, Truth};
 use rayon::prelude::*;
 use rijke_flow::{BaseState, HeatedTube, Ramp, TubeCampaign, TubePoint, TubeRig};
-use rijke_numerics::Streams;
+use rijke_numerics::{InOrder, Streams};
 use rijke_rig::{Calibration, DataKind, Day, PointRecords, RecordSet, RecordTiming};
 
 impl VirtualRig {
@@ -86,7 +86,7 @@ impl VirtualRig {
             };
             point_truth(rig, truth, point, temperatures[entry.day], base, ends)
         };
-        let points = points.par_iter().map(truths).collect::<Result<_, _>>()?;
+        let points = points.par_iter().map(truths).in_order::<Result<_, _>>()?;
         let empty = empty_tube();
         let calibration = |c: &Calibration| {
             let temperature = temperatures[c.day];

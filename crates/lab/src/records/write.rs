@@ -3,6 +3,7 @@
 use super::virtual_rig::VirtualRig;
 use crate::truth::LabError;
 use rayon::prelude::*;
+use rijke_numerics::InOrder;
 use rijke_rig::{RecordSource, RigError};
 use std::path::Path;
 
@@ -36,9 +37,8 @@ impl VirtualRig {
         }
         let points = (0..set.points.len()).map(Batch::Point);
         let batches: Vec<Batch> = points.chain((0..set.calibrations.len()).map(Batch::Calibration)).collect();
-        let done: Vec<Result<(), RigError>> =
-            batches.par_iter().map(|batch| self.write_batch(folder, *batch, written)).collect();
-        done.into_iter().collect::<Result<(), _>>()?;
+        let write = |batch: &Batch| self.write_batch(folder, *batch, written);
+        batches.par_iter().map(write).in_order::<Result<(), _>>()?;
         self.tube.write_within(folder, &|_| true)?;
         Ok(set.write(folder)?)
     }

@@ -6,10 +6,10 @@ use super::super::record::parameters;
 use super::answer::{AnswerPanel, Found, Layer, LayerLook};
 use super::axes::axis_label;
 use super::kinds::Ask;
-use crate::in_order::InOrder;
 use crate::noise::Noise;
 use crate::{EngineError, Training, train};
 use rayon::prelude::*;
+use rijke_numerics::InOrder;
 use rijke_inference::{NoiseMode, Prior};
 use rijke_study::plan::Question;
 use rijke_study::{Study, StudyProblem};
@@ -68,7 +68,7 @@ impl Run {
             let trained = train(&chosen.assembly, &chosen.observed, &training)?;
             Ok((microphones, trained))
         };
-        let cases = wanted.par_iter().map(one).in_order()?;
+        let cases = wanted.par_iter().map(one).in_order::<Result<Vec<_>, EngineError>>()?;
         let free = chosen.assembly.parameters();
         let p = free.len();
         let most = cases.iter().max_by_key(|(m, _)| m.len()).ok_or_else(no_stage)?;

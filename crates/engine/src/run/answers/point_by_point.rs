@@ -7,12 +7,11 @@ use super::super::inputs::selected;
 use super::answer::{AnswerPanel, Found, Layer, LayerLook};
 use super::axes::{axis_label, symbol};
 use super::kinds::Ask;
-use crate::in_order::InOrder;
 use crate::rows::with_candidates;
 use crate::{Assembly, EngineError, Noise, Observed, Trained, train};
 use rayon::prelude::*;
 use rijke_formula::Here;
-use rijke_numerics::{C64, JetSpace, Order};
+use rijke_numerics::{C64, JetSpace, Order, InOrder};
 use rijke_study::names::{FLANGED, S};
 use rijke_study::plan::{NoiseSpec, Question, Selection};
 use rijke_study::{Candidate, Study, StudyProblem};
@@ -94,7 +93,7 @@ impl Run {
             let per = per.map_or(1.0, |k| o.conditions.point.factors[k]);
             Ok(numbers(&assembly, place.unwrap_or(0), o, &trained, per))
         };
-        let found = points.par_iter().map(at).in_order()?;
+        let found = points.par_iter().map(at).in_order::<Result<Vec<_>, EngineError>>()?;
         let (name, unit) = self.coefficient(free, per);
         let mut columns = self.factor_columns();
         let first = columns.len();

@@ -9,10 +9,9 @@ use super::super::record::parameters;
 use super::answer::{Found, LayerLook};
 use super::axes::{apart, axis_label, growth_and_frequency, measured, measured_columns};
 use super::kinds::Ask;
-use crate::in_order::InOrder;
 use crate::{Conditions, EngineError, Misfit, Observed};
 use rayon::prelude::*;
-use rijke_numerics::C64;
+use rijke_numerics::{C64, InOrder};
 use rijke_study::plan::{Question, Selection};
 use rijke_study::{Study, StudyProblem};
 use serde::Deserialize;
@@ -130,7 +129,7 @@ impl Run {
             .concat();
             Ok(self.row_of(question, &conditions.point, mode, &numbers))
         };
-        let rows = all.par_iter().map(one).in_order()?;
+        let rows = all.par_iter().map(one).in_order::<Result<Vec<_>, EngineError>>()?;
         let mut columns = [self.factor_columns(), measured_columns()].concat();
         let first = self.study.campaign.factors.len();
         let predicted = columns.len();

@@ -1,12 +1,11 @@
 //! The effects that are tried: every kind at every place, in proportion to one and to every factor.
 
-use crate::in_order::InOrder;
 use crate::observed::Used;
 use crate::point::Probed;
 use crate::{Assembly, Conditions, EngineError, Observed, PointModel};
 use rayon::prelude::*;
 use rijke_network::Workspace;
-use rijke_numerics::C64;
+use rijke_numerics::{C64, InOrder};
 use rijke_rig::ModeRows;
 use rijke_study::names::{DENSITY, SOUND_SPEED};
 use rijke_study::{Campaign, PartAt, Place, Shape, hertz};
@@ -108,7 +107,8 @@ impl Library {
             let model = PointModel::with_cuts(assembly, &o.conditions, &u.microphones, &xs)?;
             model.starting_from(o.near).probe(values, &o.conditions, &mut Workspace::default())
         };
-        let probed: Vec<Probed> = observed.par_iter().zip(used).enumerate().map(probe).in_order()?;
+        let probed: Vec<Probed> =
+            observed.par_iter().zip(used).enumerate().map(probe).in_order::<Result<_, EngineError>>()?;
         let factors = factors(campaign, observed, &probed);
         let mut library = Self { terms: Vec::new(), directions: Vec::new() };
         let mut add = |term: &Term, slope: &dyn Fn(usize) -> Option<Vec<C64>>| {

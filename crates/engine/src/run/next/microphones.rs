@@ -3,11 +3,10 @@
 use super::place::{Place, Wish};
 use super::predictive::Numbers;
 use super::told::Aim;
-use crate::in_order::InOrder;
 use crate::run::average::OpenModel;
 use crate::{EngineError, SavedModel};
 use rayon::prelude::*;
-use rijke_numerics::{C64, Matrix};
+use rijke_numerics::{C64, InOrder, Matrix};
 use rijke_rig::ModeRows;
 use rijke_study::{ObservedModes, RigAtPoint, Study, Value};
 use serde::Serialize;
@@ -111,7 +110,7 @@ pub fn microphones(
             nats,
         })
     };
-    let mut found = all.par_iter().map(choice).in_order()?;
+    let mut found = all.par_iter().map(choice).in_order::<Result<Vec<_>, _>>()?;
     found.sort_by(|a, b| b.nats.total_cmp(&a.nats));
     let (in_use, further) = found.into_iter().partition(|m| m.in_use);
     Ok(MicrophoneTable {

@@ -18,12 +18,12 @@ pub use sequence::{Lead, Leads, Sequence};
 pub use told::Aim;
 
 use super::average::OpenModel;
-use crate::in_order::InOrder;
 use crate::{EngineError, SavedModel};
 use place::Place;
 use plan::Worth;
 use predictive::Numbers;
 use rayon::prelude::*;
+use rijke_numerics::InOrder;
 use rijke_study::{ObservedModes, Study};
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
@@ -179,7 +179,7 @@ impl Judged<'_> {
                 nats: self.told.gain(wish.aim, &[k])?,
             })
         };
-        let points = (0..self.kept.len()).into_par_iter().map(alone).in_order()?;
+        let points = (0..self.kept.len()).into_par_iter().map(alone).in_order::<Result<Vec<_>, _>>()?;
         let gain = |set: &[usize]| self.told.gain(wish.aim, set);
         let worth = Worth { gain: &gain, cost: &|set| self.hours(set).unwrap_or(set.len() as f64) };
         let all: Vec<usize> = (0..self.kept.len()).collect();

@@ -1,8 +1,8 @@
 //! Which points to measure together: greedily, then by exchange.
 
 use crate::EngineError;
-use crate::in_order::InOrder;
 use rayon::prelude::*;
+use rijke_numerics::InOrder;
 
 /// Lowest relative gain for which points are exchanged: above rounding.
 const WORTH: f64 = 1e-9;
@@ -24,7 +24,7 @@ impl Worth<'_> {
     pub(super) fn next(&self, candidates: &[usize], set: &[usize]) -> Result<Option<usize>, EngineError> {
         let (gain, cost) = self.value(set)?;
         let with = |k: &usize| self.value(&[set, &[*k]].concat());
-        let all = candidates.par_iter().map(with).in_order()?;
+        let all = candidates.par_iter().map(with).in_order::<Result<Vec<_>, _>>()?;
         let mut best: Option<(usize, f64)> = None;
         for (&k, (more, dearer)) in candidates.iter().zip(all) {
             let rate = (more - gain) / (dearer - cost);
@@ -71,7 +71,7 @@ impl Worth<'_> {
             let of = |place: usize| candidates.iter().map(move |&k| (place, k));
             let others: Vec<(usize, usize)> =
                 (0..set.len()).flat_map(of).filter(|(place, k)| *k != set[*place]).collect();
-            let others = others.into_par_iter().map(exchange).in_order()?;
+            let others = others.into_par_iter().map(exchange).in_order::<Result<Vec<_>, EngineError>>()?;
             let mut best: Option<(Vec<usize>, f64)> = None;
             for (other, found) in others {
                 if found > best.as_ref().map_or(rate + WORTH * rate.abs(), |(_, r)| *r) {

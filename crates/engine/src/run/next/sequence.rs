@@ -9,13 +9,12 @@
 
 use super::place::Place;
 use super::predictive::{Numbers, Predictive};
-use crate::in_order::InOrder;
 use crate::run::course::{Chosen, Done, Run};
 use crate::run::inputs::selected;
 use crate::run::record::{ModelRecord, TrainedParameter};
 use crate::{EngineError, Observed, SavedModel};
 use rayon::prelude::*;
-use rijke_numerics::{Cholesky, Matrix, dot};
+use rijke_numerics::{Cholesky, InOrder, Matrix, dot};
 use rijke_rig::ChannelErrors;
 use rijke_study::plan::Stage;
 use rijke_study::{ObservedModes, PointState, Study};
@@ -105,7 +104,7 @@ impl Sequence {
         // The mode that was measured there first.
         new.dedup_by_key(|o| &o.conditions.id);
         let one = |model: &(ModelRecord, Chosen, SavedModel)| self.lead(&place, model, &now, &new);
-        let mut models = self.models.par_iter().map(one).in_order()?;
+        let mut models = self.models.par_iter().map(one).in_order::<Result<Vec<_>, _>>()?;
         models.sort_by(|a, b| b.ln_evidence.total_cmp(&a.ln_evidence));
         Ok(Leads {
             stage: self.stage.id.clone(),

@@ -15,11 +15,10 @@ use super::frame::FrameColumn;
 use super::inputs::{ambient_of_all, selected, states};
 use super::meant::observed;
 use super::record::StageRecord;
-use crate::in_order::InOrder;
 use crate::{Assembly, Conditions, EngineError, Misfit, Observed, PointModel, SavedModel};
 use rayon::prelude::*;
 use rijke_network::Workspace;
-use rijke_numerics::{C64, Order};
+use rijke_numerics::{C64, InOrder, Order};
 use rijke_study::{ObservedModes, Study};
 use script::{Script, ka};
 use serde::Serialize;
@@ -168,8 +167,12 @@ pub fn sliders(
         let setting = table.setting(node);
         modes.iter().map(|label| of(label).map(|o| model.solved(o, &table, &setting)).transpose()).collect()
     };
-    let solved: Vec<Vec<Option<Solved>>> =
-        order.par_iter().enumerate().map(|(k, place)| node((k, place))).in_order().map_err(said)?;
+    let solved: Vec<Vec<Option<Solved>>> = order
+        .par_iter()
+        .enumerate()
+        .map(|(k, place)| node((k, place)))
+        .in_order::<Result<_, _>>()
+        .map_err(said)?;
     let every = || solved.iter().flatten().flatten();
     let apart = |part: fn(C64) -> f64| {
         every().map(|m| part(m.there - C64::new(m.mode.s[0], m.mode.s[1])).abs()).fold(0.0, f64::max)

@@ -7,7 +7,7 @@ use crate::tube::closures::Closures;
 use crate::tube::parameters::UNKNOWNS;
 use crate::tube::pipe::Pipe;
 use rayon::prelude::*;
-use rijke_numerics::Streams;
+use rijke_numerics::{InOrder, Streams};
 use rijke_rig::DataKind;
 
 /// What a record over time tells.
@@ -42,7 +42,7 @@ pub fn infer(
         done();
         Ok((fit, beside.map(|(report, _)| report)))
     };
-    let fits = records.runs.par_iter().map(one).collect::<Result<Vec<_>, FlowError>>()?;
+    let fits = records.runs.par_iter().map(one).in_order::<Result<Vec<_>, FlowError>>()?;
     let (fits, batch): (Vec<_>, Vec<_>) = fits.into_iter().unzip();
     let (runs, states): (Vec<RunReport>, Vec<NamedStates>) = fits.into_iter().unzip();
     let states = states.into_iter().flatten().collect();
@@ -63,6 +63,6 @@ pub fn twins(closures: &Closures, places: &[f64], seed: u64) -> Result<Records, 
         let scores = vec![0.0; UNKNOWNS + pipe.microphones().count()];
         Ok((*at, Twin::new(&pipe, &options, &Streams::new(seed), Some(&scores))?.record))
     };
-    let runs = places.par_iter().map(record).collect::<Result<Vec<_>, FlowError>>()?;
+    let runs = places.par_iter().map(record).in_order::<Result<Vec<_>, FlowError>>()?;
     Ok(Records { kind: DataKind::Virtual, rig: rig.clone(), runs })
 }

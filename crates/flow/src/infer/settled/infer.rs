@@ -9,6 +9,7 @@ use crate::infer::report::{NamedStates, RunReport};
 use crate::tube::closures::Closures;
 use crate::tube::pipe::Pipe;
 use rayon::prelude::*;
+use rijke_numerics::InOrder;
 
 /// Tubes with what was read in them, one for each place of the heater at which there was power.
 ///
@@ -38,7 +39,7 @@ pub fn infer(
         done(group.len() as u64);
         report
     };
-    let fits = groups.par_iter().map(fit).collect::<Result<Vec<_>, FlowError>>()?;
+    let fits = groups.par_iter().map(fit).in_order::<Result<Vec<_>, FlowError>>()?;
     let (mut reports, mut states) = (Vec::new(), NamedStates::new());
     for (n, (run, mut named)) in fits.into_iter().enumerate() {
         if separate {

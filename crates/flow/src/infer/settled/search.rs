@@ -15,7 +15,7 @@ use super::readings::Readings;
 use crate::error::FlowError;
 use crate::infer::sensor::SensorKind;
 use rayon::prelude::*;
-use rijke_numerics::{Cholesky, Matrix, dot};
+use rijke_numerics::{Cholesky, InOrder, Matrix, dot};
 
 /// Where a search ended.
 pub(super) struct Found {
@@ -66,7 +66,7 @@ pub(super) fn search(runs: &[Settled<'_>], noise: &[Cholesky]) -> Result<Found, 
             Slopes::new(&runs[run], &at.scores.of(run), trial, &at.white[run], noise)
         };
         let slopes: Vec<Slopes> =
-            at.states.par_iter().enumerate().zip(noise).map(one).collect::<Result<_, _>>()?;
+            at.states.par_iter().enumerate().zip(noise).map(one).in_order::<Result<_, _>>()?;
         if linearisations == 0 {
             near_the_prior(runs, &at, &slopes)?;
         }
@@ -111,7 +111,7 @@ impl Trial {
         let one = |(p, run): (usize, &Settled<'_>)| {
             run.states(&scores.of(p), near.map(|near| near.states[p].as_slice()))
         };
-        let states: Vec<Vec<Predicted>> = runs.par_iter().enumerate().map(one).collect::<Result<_, _>>()?;
+        let states: Vec<Vec<Predicted>> = runs.par_iter().enumerate().map(one).in_order::<Result<_, _>>()?;
         let white: Vec<Vec<f64>> = (runs.iter().zip(&states).zip(noise))
             .map(|((run, s), noise)| noise.whiten(&run.residual(s)))
             .collect();
