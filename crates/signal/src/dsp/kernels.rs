@@ -29,6 +29,37 @@ pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
     run(Dot(a, b))
 }
 
+/// Inner products of each of two columns with each of two others; all have the same length.
+pub(crate) fn dots(left: [&[f64]; 2], right: [&[f64]; 2]) -> [[f64; 2]; 2] {
+    struct Dots<'a>([&'a [f64]; 2], [&'a [f64]; 2]);
+    impl NullaryFnOnce for Dots<'_> {
+        type Output = [[f64; 2]; 2];
+        #[inline(always)]
+        fn call(self) -> [[f64; 2]; 2] {
+            let columns = [self.0[0], self.0[1], self.1[0], self.1[1]];
+            let [mut ac, mut ad, mut bc, mut bd] = [[0.0; LANES]; 4];
+            let [a, b, c, d] = columns.map(|column| column.chunks_exact(LANES));
+            let [x, y, z, w] = [&a, &b, &c, &d].map(|chunks| chunks.remainder());
+            for (((a, b), c), d) in a.zip(b).zip(c).zip(d) {
+                for i in 0..LANES {
+                    ac[i] += a[i] * c[i];
+                    ad[i] += a[i] * d[i];
+                    bc[i] += b[i] * c[i];
+                    bd[i] += b[i] * d[i];
+                }
+            }
+            for i in 0..x.len() {
+                ac[i] += x[i] * z[i];
+                ad[i] += x[i] * w[i];
+                bc[i] += y[i] * z[i];
+                bd[i] += y[i] * w[i];
+            }
+            [[ac, ad], [bc, bd]].map(|row| row.map(|sums| sums.iter().sum()))
+        }
+    }
+    run(Dots(left, right))
+}
+
 /// Adds `factor` times `x` to `y`.
 pub(crate) fn add_scaled(y: &mut [f64], factor: f64, x: &[f64]) {
     struct AddScaled<'a>(&'a mut [f64], f64, &'a [f64]);
@@ -157,6 +188,12 @@ mod tests {
                 let [mixed, square, ..] =
                     run(Four(&powers.re, [&powers.im, &powers.re, &powers.im, &powers.im]));
                 assert!((mixed - sum).abs() < 1e-13 && (square - dot(&powers.re, &powers.re)).abs() < 1e-13);
+            }
+            let four = dots([&powers.re, &powers.im], [&powers.im, &powers.re]);
+            let exact = [(&powers.re, &powers.im), (&powers.re, &powers.re), (&powers.im, &powers.im)];
+            let exact = exact.map(|(a, b)| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>());
+            for (have, exact) in four.as_flattened().iter().zip([exact[0], exact[1], exact[2], exact[0]]) {
+                assert!((have - exact).abs() < 1e-12, "{count}: {have} {exact}");
             }
             let mut y = powers.re.clone();
             add_scaled(&mut y, -2.0, &powers.im);

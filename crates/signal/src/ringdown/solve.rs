@@ -11,7 +11,7 @@ use super::solution::{Solution, energies_of};
 use super::sums::{columns, factors, grams, lengths, phasors, project, project_on};
 use super::white::White;
 use crate::Fault;
-use crate::dsp::kernels::{Powers, dot};
+use crate::dsp::kernels::{Powers, dots};
 use crate::dsp::scaled::inverse_scaled;
 use rijke_numerics::{C64, Cholesky, Matrix};
 
@@ -178,10 +178,15 @@ fn put_products(
     let pairs = (0..components.len()).flat_map(|i| (0..=i).map(move |j| (i, j)));
     for (i, j) in pairs.filter(|(i, j)| components[*i].is_curved() || components[*j].is_curved()) {
         let rows = lengths[i].min(lengths[j]);
-        let both = all[i].iter().flat_map(|left| all[j].iter().map(move |right| (left, right)));
+        // Products of a component with itself are the same in either order.
+        let partners = |n: usize| all[j].iter().take(if i == j { n + 1 } else { usize::MAX });
+        let both =
+            all[i].iter().enumerate().flat_map(|(n, left)| partners(n).map(move |right| (left, right)));
         for ((derived, a, left), (also, b, right)) in both {
+            let [left, right] = [left, right].map(|pair| [&pair[0][..rows], &pair[1][..rows]]);
+            let products = dots(left, right);
             for (p, q) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
-                let (a, b, value) = (a + p, b + q, dot(&left[p][..rows], &right[q][..rows]));
+                let (a, b, value) = (a + p, b + q, products[p][q]);
                 match (derived, also) {
                     (false, false) => (flat[(a, b)], flat[(b, a)]) = (value, value),
                     (false, true) => mixed[(a, b)] = value,

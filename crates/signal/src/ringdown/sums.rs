@@ -110,20 +110,29 @@ pub(super) fn project(white: White<'_>, phasors: &Powers, k: usize, data: &mut M
         }
     };
     let mut m = 0;
-    while m + LANES <= white.channels {
-        let sums = run(Sums::<LANES> { white, from: m, phasors });
-        for i in 0..LANES {
-            write(m + i, sums.map(|sum| sum[i]));
+    while m < white.channels {
+        let left = white.channels - m;
+        if left > HALF {
+            let sums = run(Sums::<LANES> { white, from: m, phasors });
+            for i in 0..left.min(LANES) {
+                write(m + i, sums.map(|sum| sum[i]));
+            }
+            m += LANES;
+        } else {
+            let sums = run(Sums::<HALF> { white, from: m, phasors });
+            for i in 0..left {
+                write(m + i, sums.map(|sum| sum[i]));
+            }
+            m += HALF;
         }
-        m += LANES;
-    }
-    for m in m..white.channels {
-        write(m, run(Sums::<1> { white, from: m, phasors }).map(|sum| sum[0]));
     }
 }
 
-/// Sums of y Re z^n, -y Im z^n, n y Re z^n and -n y Im z^n for `N` channels from number `from` on. The sums
-/// with n follow from the sum P_l of the first l + 1 terms as (l - 1) P_{l-1} - sum of all earlier P, which
+/// Channels that are summed side by side where no more are left.
+const HALF: usize = LANES / 2;
+
+/// Sums of y Re z^n, -y Im z^n, n y Re z^n and -n y Im z^n for `N` channels from number `from` on; beyond the
+/// last channel what comes next in the record is summed, and means nothing. The sums with n follow from the sum P_l of the first l + 1 terms as (l - 1) P_{l-1} - sum of all earlier P, which
 /// spares their multiplications.
 struct Sums<'a, const N: usize> {
     white: White<'a>,
@@ -138,9 +147,9 @@ impl<const N: usize> NullaryFnOnce for Sums<'_, N> {
     fn call(self) -> [[f64; N]; 4] {
         let Self { white, from, phasors } = self;
         let [mut a, mut b, mut ta, mut tb] = [[0.0; N]; 4];
-        let rows = white.samples.chunks_exact(white.channels);
-        for ((row, re), im) in rows.zip(&phasors.re).zip(&phasors.im) {
-            let Some(y) = row.get(from..).and_then(|y| y.first_chunk::<N>()) else { continue };
+        for (n, (re, im)) in phasors.re.iter().zip(&phasors.im).enumerate() {
+            let rest = white.samples.get(n * white.channels + from..).unwrap_or_default();
+            let y = rest.first_chunk::<N>().copied().unwrap_or_else(|| padded(rest));
             for i in 0..N {
                 ta[i] += a[i];
                 tb[i] += b[i];
@@ -155,6 +164,12 @@ impl<const N: usize> NullaryFnOnce for Sums<'_, N> {
         }
         [a, b, ta, tb]
     }
+}
+
+/// The last samples of a record and zeros.
+#[inline(always)]
+fn padded<const N: usize>(rest: &[f64]) -> [f64; N] {
+    std::array::from_fn(|i| rest.get(i).copied().unwrap_or(0.0))
 }
 
 /// Gram matrices of the columns Re(e^{s_k t}), Re(i e^{s_k t}), each over the samples on which both sound,
@@ -297,23 +312,25 @@ mod tests {
 
     #[test]
     fn oracle_projection_of_any_number_of_channels_is_the_sum_written_out() {
-        let (channels, rows, s, step) = (11, 100, C64::new(-20.0, 900.0), 1e-3);
-        let samples: Vec<f64> = (0..rows * channels).map(|i| ((i * 7919) % 101) as f64 - 50.0).collect();
-        let white = White { samples: &samples, channels, step };
-        let (mut data, mut slopes) = (Matrix::zeros(channels, 2), Matrix::zeros(channels, 2));
-        let wave = Powers::new((s * step).exp(), rows);
-        project(white, &wave, 0, &mut data, &mut slopes);
-        for m in 0..channels {
-            let (mut flat, mut linear) = (C64::ZERO, C64::ZERO);
-            for n in 0..rows {
-                let t = n as f64 * step;
-                let term = samples[n * channels + m] * (s * t).exp();
-                flat += term;
-                linear += t * term;
-            }
-            let have = [data[(m, 0)], -data[(m, 1)], slopes[(m, 0)], -slopes[(m, 1)]];
-            for (a, b) in have.into_iter().zip([flat.re, flat.im, linear.re, linear.im]) {
-                assert!((a - b).abs() < 1e-11 * (1.0 + b.abs()), "channel {m}: {a} {b}");
+        let (rows, s, step) = (100, C64::new(-20.0, 900.0), 1e-3);
+        for channels in 1..=17 {
+            let samples: Vec<f64> = (0..rows * channels).map(|i| ((i * 7919) % 101) as f64 - 50.0).collect();
+            let white = White { samples: &samples, channels, step };
+            let (mut data, mut slopes) = (Matrix::zeros(channels, 2), Matrix::zeros(channels, 2));
+            let wave = Powers::new((s * step).exp(), rows);
+            project(white, &wave, 0, &mut data, &mut slopes);
+            for m in 0..channels {
+                let (mut flat, mut linear) = (C64::ZERO, C64::ZERO);
+                for n in 0..rows {
+                    let t = n as f64 * step;
+                    let term = samples[n * channels + m] * (s * t).exp();
+                    flat += term;
+                    linear += t * term;
+                }
+                let have = [data[(m, 0)], -data[(m, 1)], slopes[(m, 0)], -slopes[(m, 1)]];
+                for (a, b) in have.into_iter().zip([flat.re, flat.im, linear.re, linear.im]) {
+                    assert!((a - b).abs() < 1e-11 * (1.0 + b.abs()), "channel {m} of {channels}: {a} {b}");
+                }
             }
         }
     }
