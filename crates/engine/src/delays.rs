@@ -8,6 +8,11 @@ use std::f64::consts::TAU;
 
 /// Turn of the wave, rad, in one step of a delay.
 const TURN: f64 = 0.1;
+/// The first step, from which that one follows, as a share of the reach of the prior.
+const FIRST: f64 = 1e-4;
+/// Least turn in the first step that is no rounding, where a law changes by more than `CHANGED` of itself.
+const LEAST: f64 = 1e-5;
+const CHANGED: f64 = 1e-9;
 /// A law that decays or bends by more than this in such a step is no wave of constant size.
 const EXACT: f64 = 1e-6;
 /// Searches over one period.
@@ -17,8 +22,9 @@ const REACH: f64 = 3.167e-5;
 /// Quantile at which the other parameters are held: not their middle, which may be a gain of zero.
 const OTHERS: f64 = 0.7;
 
-/// Those parameters in seconds of which every law is A + B exp(-i k tau) at the frequencies of the observed
-/// modes, and whose prior reaches over more than half a period of the fastest of these.
+/// Those parameters of which every law is A + B exp(-i k v) at the frequencies of the observed modes, and
+/// whose prior reaches over more than half a period of the fastest of these: a delay, or what a delay is
+/// proportional to, as a length over a velocity.
 pub(crate) fn delays(
     points: &[PointModel<'_>],
     observed: &[Observed],
@@ -31,12 +37,12 @@ pub(crate) fn delays(
             .enumerate()
             .map(|(k, q)| q.prior.quantile(if k == i { 0.5 } else { OTHERS }))
             .collect();
-        if p.unit != "s" || !wide.is_finite() || middle.iter().any(|v| !v.is_finite()) {
+        if !wide.is_finite() || middle.iter().any(|v| !v.is_finite()) {
             return None;
         }
         let mut fastest = 0.0_f64;
         for (point, o) in points.iter().zip(observed) {
-            fastest = fastest.max(rate(point, &middle, i, o.near.im)?);
+            fastest = fastest.max(rate(point, &middle, (i, FIRST * wide), o.near.im)?);
         }
         let step = TAU / fastest / PER_PERIOD;
         (wide * fastest > 0.5 * TAU).then(|| Scan { parameter: p.name.clone(), step })
@@ -44,28 +50,47 @@ pub(crate) fn delays(
     parameters.iter().enumerate().filter_map(of).collect()
 }
 
-/// By how much the laws turn per second of parameter `i` at s = i `omega`, rad/s: zero if they do not depend
-/// on it, none if they do so in another way.
-fn rate(point: &PointModel<'_>, values: &[f64], i: usize, omega: f64) -> Option<f64> {
-    let step = TURN / omega;
-    let at = |k: f64| {
+/// By how much the laws turn per unit of parameter `i` at s = i `omega`, rad/s: zero if they do not depend on
+/// it, none if they do so in another way. `first` is a small step of it.
+fn rate(point: &PointModel<'_>, values: &[f64], (i, first): (usize, f64), omega: f64) -> Option<f64> {
+    let at = |change: f64| {
         let mut moved = values.to_vec();
-        moved[i] += k * step;
+        moved[i] += change;
         let filled = point.filled(&moved).ok()?;
         let (at, mut laws) = (At::search(C64::new(0.0, omega)), Laws::default());
         laws.reset(filled.laws(), &at);
         filled.fill(&at, &mut laws);
         Some((0..filled.laws()).map(|k| laws.value(k)).collect::<Vec<_>>())
     };
-    let values = [at(0.0)?, at(1.0)?, at(2.0)?, at(3.0)?];
+    let here = at(0.0)?;
+    let changes = |step: f64| {
+        let there = [at(step)?, at(2.0 * step)?, at(3.0 * step)?];
+        let change = |law: usize| {
+            [there[0][law] - here[law], there[1][law] - there[0][law], there[2][law] - there[1][law]]
+        };
+        Some((0..here.len()).map(change).collect::<Vec<_>>())
+    };
+    let roughly = changes(first)?;
+    let moved: Vec<usize> =
+        (0..here.len()).filter(|&law| roughly[law][0].norm() > CHANGED * here[law].norm()).collect();
+    if moved.is_empty() {
+        return Some(0.0);
+    }
+    let turn = |[a, b, _]: &[C64; 3]| (b / a).arg().abs();
+    let most = moved.iter().map(|&law| turn(&roughly[law])).fold(0.0, f64::max);
+    if most < LEAST {
+        return None;
+    }
+    let step = first * TURN / most;
+    let exactly = changes(step)?;
     let mut fastest = 0.0_f64;
-    for law in 0..values[0].len() {
-        let change = |k: usize| values[k + 1][law] - values[k][law];
-        if change(0).norm() <= EXACT * TURN * values[0][law].norm() {
+    for law in moved {
+        let [a, b, c] = exactly[law];
+        if a.norm() <= EXACT * TURN * here[law].norm() {
             continue;
         }
-        let turn = change(1) / change(0);
-        let same = (change(2) / change(1) - turn).norm() < EXACT;
+        let turn = b / a;
+        let same = (c / b - turn).norm() < EXACT;
         if !same || (turn.norm() - 1.0).abs() > EXACT || turn.arg().abs() < EXACT.sqrt() {
             return None;
         }

@@ -204,7 +204,8 @@ pub enum Fault {
     /// The loudspeaker acted a second time.
     #[error(
         "second excitation at {at:.3} s: the amplitude grows {factor:.2} times while it should decay. The loudspeaker acts twice \
-         or is not quite off, or samples are missing there: look after its switch, and for lost blocks in the acquisition"
+         or is not quite off, the mode grows by itself, or samples are missing there: look after the switch, the stability of the rig, and \
+         for lost blocks in the acquisition"
     )]
     SecondExcitation {
         /// When it begins, s.

@@ -14,9 +14,18 @@ pub enum Unstable {
         /// Its growth rate, to some tens of per cent, 1/s.
         growth_rate: f64,
     },
-    /// A tone is as loud from the first sample to the last.
+    /// The wanted mode grows to the last sample.
     #[error(
-        "a tone at {frequency_hz:.1} Hz is as loud before the forcing and at the end of the record as within it: the rig oscillates by itself, \
+        "the tone at {frequency_hz:.1} Hz grows until the end of the record: a mode that is unstable grows by itself, and has no decay that could \
+         be measured; or the record ends while the loudspeaker still drives it"
+    )]
+    Grows {
+        /// Its frequency, Hz.
+        frequency_hz: f64,
+    },
+    /// A tone is as loud before the forcing as at the end.
+    #[error(
+        "a tone at {frequency_hz:.1} Hz is as loud before the forcing as at the end of the record: the rig oscillates by itself, \
          or the loudspeaker is never off. No decay can be measured there; the frequency of a limit cycle goes into modes.csv, without a growth rate"
     )]
     Oscillates {

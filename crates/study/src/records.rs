@@ -66,12 +66,19 @@ impl Study {
             microphones: Microphones {
                 positions: layout.microphones,
                 reference: self.rig.microphones.reference,
+                names: self.own_names().unwrap_or_default(),
             },
             recording: Recording {
                 arrival_setting_sd_s: self.rig.arrival_setting_sd_s,
                 ping_decay_times: self.rig.ping_decay_times,
             },
         })
+    }
+
+    /// What the microphones are called, if not by their numbers.
+    fn own_names(&self) -> Option<Vec<String>> {
+        let names = &self.rig.microphones.names;
+        (*names != Microphones::by_number(names.len())).then(|| names.clone())
     }
 }
 

@@ -1,7 +1,8 @@
 //! Points at which the laws of a model are extrapolated.
 
+use super::elsewhere::T_AMB;
 use crate::SavedModel;
-use rijke_study::Study;
+use rijke_study::{Point, Study};
 
 /// A factor of a point beyond those of the points that trained a model.
 #[derive(Clone, Debug, PartialEq)]
@@ -14,45 +15,74 @@ pub struct Beyond {
     pub value: f64,
     /// The least and the largest that trained, SI.
     pub trained: [f64; 2],
-    /// Its unit in print.
+    /// Its unit in print, with a space before it; empty if it has none.
     pub unit: String,
+    /// The part that it puts into the rig, which was at no point that trained.
+    pub part: Option<String>,
 }
 
 impl Beyond {
     /// A sentence without its stop.
     #[must_use]
     pub fn words(&self) -> String {
-        let Self { point, factor, value, trained: [low, high], unit } = self;
-        format!(
-            "{point}: {factor} = {value} {unit} is beyond the points that trained, {low} to {high} {unit}: the laws are extrapolated"
-        )
+        let Self { point, factor, value, trained: [low, high], unit, part } = self;
+        match part {
+            Some(part) => format!(
+                "{point}: {part} is there ({factor} = {value}), and was at no point that trained: where this model has no law for it, it counts as absent"
+            ),
+            None => format!(
+                "{point}: {factor} = {value}{unit} is beyond the points that trained, {low} to {high}{unit}: the laws are extrapolated"
+            ),
+        }
     }
 }
 
+/// How far the ambient temperature may lie from all that trained, K: that of another season. The sound speed
+/// differs by 2 % then, which every law has in its gas.
+const SEASON: f64 = 10.0;
+
 /// The factors of the points at `places` of the campaign, but for those of `axes`, that lie beyond those of
-/// the points that trained `model`.
+/// the points that trained `model`, and ambient temperatures that lie far from these.
 #[must_use]
 pub fn beyond(study: &Study, model: &SavedModel, places: &[usize], axes: &[usize]) -> Vec<Beyond> {
     let campaign = &study.campaign;
-    let trained = |k: usize| {
-        let of = |id: &String| campaign.point(id).map(|(_, p)| p.factors[k]).filter(|v| v.is_finite());
-        let all = model.trained_on.iter().filter_map(of);
+    let trained = |of: &dyn Fn(&Point) -> Option<f64>| {
+        let points = model.trained_on.iter().filter_map(|id| campaign.point(id));
+        let all = points.filter_map(|(_, point)| of(point)).filter(|v| v.is_finite());
         all.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| [low.min(v), high.max(v)])
     };
+    let brought = |k: usize| {
+        let part = study.rig.parts.iter().find(|part| part.present == Some(k))?;
+        Some(part.name.clone())
+    };
+    let ambient = |point: &Point| point.ambient.map(|[value, _]| value);
     let far = |place: &usize| {
         let point = &campaign.points[*place];
         let factors = campaign.factors.iter().enumerate().filter(|(k, _)| !axes.contains(k));
         let found = factors.filter_map(move |(k, factor)| {
-            let (range, value) = (trained(k), point.factors[k]);
+            let (range, value) = (trained(&|p| Some(p.factors[k])), point.factors[k]);
             is_beyond(value, range).then(|| Beyond {
                 point: point.id.clone(),
                 factor: factor.name.clone(),
                 value,
                 trained: range,
-                unit: factor.unit_in_print(),
+                unit: Some(factor.unit_in_print())
+                    .filter(|u| u != "1")
+                    .map_or_else(String::new, |u| format!(" {u}")),
+                part: brought(k).filter(|_| range[1] <= 0.0 && value > 0.0),
             })
         });
-        found.collect::<Vec<_>>()
+        let [low, high] = trained(&ambient);
+        let outside = |value: &f64| is_beyond(*value, [low - SEASON, high + SEASON]);
+        let warmer = ambient(point).filter(outside).map(|value| Beyond {
+            point: point.id.clone(),
+            factor: T_AMB.into(),
+            value,
+            trained: [low, high],
+            unit: " K".into(),
+            part: None,
+        });
+        found.chain(warmer).collect::<Vec<_>>()
     };
     places.iter().flat_map(far).collect()
 }
@@ -77,8 +107,11 @@ mod tests {
             factor: "Q".into(),
             value: 60.0,
             trained: [0.0, 50.0],
-            unit: "W".into(),
+            unit: " W".into(),
+            part: None,
         };
         assert!(beyond.words().starts_with("a: Q = 60 W is beyond the points that trained, 0 to 50 W"));
+        let damper = Beyond { part: Some("damper".into()), ..beyond };
+        assert!(damper.words().starts_with("a: damper is there (Q = 60), and was at no point that trained"));
     }
 }

@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 const FARTHEST: f64 = 5.0;
 
 /// What the ambient temperature of a point and its standard deviation are called beside its factors, K.
-const T_AMB: &str = "T_amb";
+pub(super) const T_AMB: &str = "T_amb";
 const T_AMB_SD: &str = "T_amb_sd";
 
 /// A condition that is asked for.

@@ -34,21 +34,28 @@ impl FarOff {
             if size > 0.0 { misfit[k].abs() / size } else { 0.0 }
         };
         let [of_size, of_errors] = [0, 1].map(|i| [0, 1].map(|k| over(k, i)));
-        let far = (0..2).any(|k| of_errors[k] > FAR && of_size[k] > LARGE[k]);
-        far.then_some(Self { of_size, of_errors })
+        let found = Self { of_size, of_errors };
+        (0..2).any(|k| found.is_far(k)).then_some(found)
+    }
+
+    fn is_far(&self, k: usize) -> bool {
+        self.of_errors[k] > FAR && self.of_size[k] > LARGE[k]
     }
 
     /// A sentence without its stop.
     #[must_use]
     pub fn words(&self) -> String {
-        let Self { of_size, of_errors } = self;
+        let missed = |k: usize| {
+            let (what, digits) = [("growth rates", 0), ("frequencies", 1)][k];
+            let (size, errors) = (100.0 * self.of_size[k], self.of_errors[k]);
+            self.is_far(k).then(|| {
+                format!("{what} are missed by {size:.digits$} % of their size, {errors:.0} times their stated errors")
+            })
+        };
+        let all: Vec<String> = (0..2).filter_map(missed).collect();
         format!(
-            "growth rates are missed by {:.0} % of their size, {:.0} times their stated errors, frequencies by {:.1} %, {:.0} times theirs: the model \
-             lacks something, or lengths, temperatures, the rate of the records or the order of points are wrong",
-            100.0 * of_size[0],
-            of_errors[0],
-            100.0 * of_size[1],
-            of_errors[1]
+            "{}: the model lacks something, or lengths, temperatures, the rate of the records or the order of points are wrong",
+            all.join(", ")
         )
     }
 }

@@ -30,8 +30,9 @@ pub fn tell_foresight(study: &Study, stage: &StageForesight, tell: &dyn Tell) {
         && let shared = shared_installations(study, plan)
         && shared > 0
     {
+        let hold = if shared == 1 { "1 installation holds" } else { &format!("{shared} installations hold") };
         tell.say(format!(
-            "  {shared} installations hold several of these points each, which count as independent: if assemblies differ, state `installation` in the noise of this stage"
+            "  {hold} several of these points, which count as independent: if assemblies differ, state `installation` in the noise of this stage"
         ));
     }
     if study.plan.stage(&stage.id).is_some_and(|(_, plan)| plan.base_errors) {

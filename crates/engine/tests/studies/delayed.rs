@@ -85,6 +85,25 @@ fn behaviour_a_true_law_whose_prior_lies_at_an_alias_is_found_however_far_behind
     assert_eq!(checked.winner, "inverse");
     let [b, sd] = parameter(&checked, "b");
     assert!((b - 3e-3).abs() < 2.0 * sd && sd < 1e-4, "{b} +- {sd}");
+    // The same with a length over a velocity in place of a delay.
+    let path = folder.0.join("candidates/heat.toml");
+    let mut text = std::fs::read_to_string(&path).unwrap();
+    for (delay, length) in [
+        ("unit = \"s\"", "unit = \"m\""),
+        ("b*w_0/w", "b/w"),
+        ("b*(w_0/w)^0.5", "b/w_0*(w_0/w)^0.5"),
+        ("mean = 9e-3, sd = 3e-3", "mean = 1.8e-3, sd = 6e-4"),
+        ("mean = 3e-3, sd = 1e-3", "mean = 6e-4, sd = 2e-4"),
+    ] {
+        assert!(text.contains(delay), "{delay}");
+        text = text.replace(delay, length);
+    }
+    std::fs::write(&path, text).unwrap();
+    let by_length = ranked(&folder.0, Trusted::Checked);
+    assert_eq!(by_length.winner, "inverse");
+    assert!((total(&by_length, "inverse") - total(&checked, "inverse")).abs() < 1e-4);
+    let [length, of_length] = parameter(&by_length, "b");
+    assert!((length / 0.2 - b).abs() < 1e-3 * sd && (of_length / 0.2 / sd - 1.0).abs() < 1e-3);
 }
 
 #[test]

@@ -44,6 +44,24 @@ pub struct Microphones {
     pub positions: Vec<f64>,
     /// Index of the microphone to which pressures are relative.
     pub reference: usize,
+    /// What they are called, if not `p1`, `p2`, ...
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub names: Vec<String>,
+}
+
+impl Microphones {
+    /// What each is called. Where some are left out of the positions, all go by their numbers.
+    #[must_use]
+    pub fn called(&self) -> Vec<String> {
+        let count = self.positions.len();
+        if self.names.len() == count { self.names.clone() } else { Self::by_number(count) }
+    }
+
+    /// `p1`, `p2`, ...
+    #[must_use]
+    pub fn by_number(count: usize) -> Vec<String> {
+        (1..=count).map(|m| format!("p{m}")).collect()
+    }
 }
 
 /// What is known of how the records of a rig are taken.

@@ -10,7 +10,7 @@ use super::channels::ChannelErrors;
 use super::factors::headings;
 use super::observation::{Click, Observations, Ping, PointObservations, Rejection};
 use super::row::{CAMPAIGN, Row, by_name, read_csv, read_csv_if_there};
-use crate::apparatus::geometry::Apparatus;
+use crate::apparatus::geometry::{Apparatus, Microphones};
 use crate::apparatus::point::OperatingPoint;
 use crate::error::RigError;
 use crate::files::{make_folder, parse_toml, read_text, write_through, write_toml};
@@ -54,8 +54,8 @@ impl Observations {
         let points = self.points.iter().map(|p| [point_cells(p), cells_of(&p.point)].concat());
         let columns: Vec<String> = POINTS.map(String::from).into_iter().chain(factors).collect();
         write_csv(&folder.join("points.csv"), &columns, points)?;
-        let (microphones, reference) = (self.rig.microphones.positions.len(), self.rig.microphones.reference);
-        let (pings, clicks) = (ping_columns(microphones, reference), click_columns(microphones));
+        let microphones = &self.rig.microphones;
+        let (pings, clicks) = (ping_columns(microphones), click_columns(microphones.positions.len()));
         let point = |p: &PointObservations| p.point.id.clone();
         let mean = |p: &PointObservations| {
             let values = [ping_values(p.ping.as_ref()?), vec![p.drift_sd]].concat();
@@ -108,7 +108,7 @@ impl Observations {
             .collect();
         let (microphones, reference) = (rig.microphones.positions.len(), rig.microphones.reference);
         let channels = ChannelErrors::read(&folder.join(CHANNELS), microphones.saturating_sub(1))?;
-        let columns = ping_columns(microphones, reference);
+        let columns = ping_columns(&rig.microphones);
         let path = folder.join("pings.csv");
         let mut meant = header_of(&path, &columns)?;
         let drift = meant.len();
@@ -184,10 +184,11 @@ fn with_unit(name: String, unit: &str) -> String {
 }
 
 /// The measured numbers of a ping: s, then the relative pressures but the reference's.
-fn ping_columns(microphones: usize, reference: usize) -> Vec<Number> {
+fn ping_columns(microphones: &Microphones) -> Vec<Number> {
     let mut all = vec![Number("growth_rate".into(), "1/s"), Number("angular_frequency".into(), "rad/s")];
-    for m in (0..microphones).filter(|m| *m != reference) {
-        all.extend(["re", "im"].map(|part| Number(format!("p{}_{part}", m + 1), "")));
+    let others = microphones.called().into_iter().enumerate().filter(|(m, _)| *m != microphones.reference);
+    for (_, name) in others {
+        all.extend(["re", "im"].map(|part| Number(format!("{name}_{part}"), "")));
     }
     all
 }

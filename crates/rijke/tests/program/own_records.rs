@@ -117,6 +117,28 @@ fn behaviour_the_study_says_where_the_mode_lies_and_how_warm_it_was() {
     assert!(said.contains("`band_hz` in the manifest or with --band"), "{said}");
 }
 
+/// Names that are numbers in another order would be taken for one another.
+#[test]
+fn behaviour_observations_call_microphones_as_the_rig_does() {
+    let folder = study("own-names");
+    let rig = fs::read_to_string(folder.join("rig.toml")).unwrap();
+    let (code, said) = process(&folder, &[]);
+    assert_eq!(code, Some(0), "{said}");
+    let by_number = cell(&folder, "pings.csv", "e-0", "p2_re");
+    let names = r#"names = ["p1", "p2", "p3", "p4", "p5"]"#;
+    let own = r#"names = ["M1", "p5", "p4", "p3", "top"]"#;
+    assert!(rig.contains(names));
+    let rig = rig.replace(names, own).replace(r#"reference = "p1""#, r#"reference = "M1""#);
+    fs::write(folder.join("rig.toml"), rig).unwrap();
+    let (code, said) = process(&folder, &["--force"]);
+    assert_eq!(code, Some(0), "{said}");
+    assert_eq!(cell(&folder, "pings.csv", "e-0", "p5_re"), by_number);
+    assert!(cell(&folder, "ping-repeats.csv", "e-0", "p5_re").is_finite());
+    let output = rijke(&folder, &["rank", ".", "--one-start", "--until", "tube"]);
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{said}");
+}
+
 #[test]
 fn behaviour_the_rig_says_how_much_of_a_ring_down_is_fitted() {
     let folder = study("own-window");

@@ -257,3 +257,43 @@ fn behaviour_check_without_the_data_says_that_they_are_not_here() {
         "{error}"
     );
 }
+
+#[test]
+fn behaviour_a_law_may_be_measured_at_a_part_whose_numbers_its_factor_does_not_name() {
+    let folder = crate::scratch("responses-numbers");
+    for sub in ["candidates", "observations"] {
+        fs::create_dir_all(folder.join(sub)).unwrap();
+    }
+    let write = |file: &str, text: &str| fs::write(folder.join(file), text).unwrap();
+    write(
+        "rig.toml",
+        "name = \"t\"\n[gas]\ntemperature = 293.15\n[search]\nfrequency_hz = [50, 150]\n[upstream]\ntype = \"closed\"\n[downstream]\n\
+         type = \"open\"\n[[element]]\nname = \"tube\"\ntype = \"duct\"\nlength = 1.0\ndiameter = 0.05\n[[element]]\nname = \"flame\"\n\
+         type = \"device\"\nat = 0.4\nnumbers = { width = \"10 mm\", theta = 5.3 }\n",
+    );
+    write("campaign.csv", "point,row\nalone,flame\n");
+    write(
+        "candidates/all.toml",
+        "[[candidate]]\nid = \"one\"\nrole = \"flame\"\nname = \"one\"\ncite = [\"a test\"]\n\
+         parameters.n = { unit = \"1\", prior = { normal = { mean = 0.4, sd = 4.0 } } }\n\
+         [[candidate.effect]]\nacts_at = \"flame\"\neu = \"n\"\n",
+    );
+    write(
+        "study.toml",
+        "name = \"t\"\nbase = \"rig\"\n[[responses]]\nid = \"alone\"\npoints = {}\ncompete = [\"flame\"]\nnoise = 0.03\n",
+    );
+    let rows: String = (1..9).map(|k| format!("{} -0.5 0.01\n", 50 * k)).collect();
+    write("observations/law.txt", &rows);
+    // The factor times the law is what was measured, -0.5.
+    for (factor, law) in [("", 0.5), ("factor = \"-1/theta\"\n", 0.5 * 5.3), ("factor = \"-2\"\n", 0.25)] {
+        let head = "kind = \"virtual\"\nsource = \"a test\"\n[[response]]\nkind = \"flame-transfer-function\"\nat = \"flame\"\n";
+        let tail = "columns = [\"f [Hz]\", \"re [1]\", \"im [1]\"]\nband_hz = [10, 500]\nfiles = { alone = \"law.txt\" }\n";
+        write("observations/observations.toml", &format!("{head}{factor}{tail}"));
+        let (code, _, error) = told(&folder, &["rank", ".", "--force"]);
+        assert_eq!(code, Some(0), "{factor}: {error}");
+        let numbers = fs::read_to_string(folder.join("results/numbers/alone.json")).unwrap();
+        let numbers: Value = serde_json::from_str(&numbers).unwrap();
+        let [n, sd] = parameter(model(&numbers, "one"), "n");
+        assert!((n - law).abs() < 6.0 * sd, "{factor}: {n} +- {sd} for {law}");
+    }
+}

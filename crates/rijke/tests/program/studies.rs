@@ -80,6 +80,9 @@ fn behaviour_a_study_becomes_a_page_that_says_virtual() {
     assert!(code == Some(2) && refused.contains("`Q` is on an axis of the map"), "{refused}");
     let (_, own) = said(&["--at", "x_g=0.2,Q=30,T_amb=300"]);
     assert!(own.contains("as an error of this condition alone; give T_amb_sd in --at for another"), "{own}");
+    let (_, hot) = said(&["--at", "x_g=0.2,Q=30,T_amb=330"]);
+    let far = "T_amb = 330 K is beyond the points that trained";
+    assert!(hot.contains(far) && !own.contains(far), "{hot}{own}");
     // A second run does not overwrite what a first one found.
     let again = rijke(&folder, &["run", "rig", "--one-start"]);
     assert_eq!(again.status.code(), Some(2));

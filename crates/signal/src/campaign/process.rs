@@ -295,6 +295,7 @@ pub fn process_again(
     if !shapes && has(|p| p.pings.len()) {
         let position = rig.microphones.positions.get(options.ping.reference).copied();
         rig.microphones.positions = position.into_iter().collect();
+        rig.microphones.names.clear();
         rig.microphones.reference = 0;
     }
     let whole = shapes || !has(|p| p.pings.len());

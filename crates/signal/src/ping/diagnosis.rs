@@ -109,14 +109,17 @@ pub(crate) fn reason(trace: &Trace<'_>, options: &PingOptions, fault: Fault) -> 
         Fault::StillDriven { .. } | Fault::GainDrifts { .. } | Fault::GainsApart { .. } => {
             whole().and_then(|w| w.bent())
         }
-        Fault::ShortDecay { .. } => {
-            whole().and_then(|w| w.by_itself().or_else(|| w.hum()).or_else(|| w.beside_mains()))
-        }
-        Fault::Weak(_) => whole()
-            .and_then(|w| w.hum().or_else(|| w.bent()).or_else(|| w.lasting()).or_else(|| w.beside_mains())),
-        fault if is_doubtful(fault) => {
-            whole().and_then(|w| w.hum().or_else(|| w.bent()).or_else(|| w.growing()).or_else(|| w.lasting()))
-        }
+        Fault::ShortDecay { .. } => whole().and_then(|w| {
+            w.by_itself().or_else(|| w.hum()).or_else(|| w.to_the_end()).or_else(|| w.beside_mains())
+        }),
+        Fault::Weak(_) => whole().and_then(|w| {
+            let steady = || w.by_itself().or_else(|| w.lasting());
+            w.hum().or_else(|| w.bent()).or_else(steady).or_else(|| w.beside_mains())
+        }),
+        fault if is_doubtful(fault) => whole().and_then(|w| {
+            let unstable = || w.by_itself().or_else(|| w.growing()).or_else(|| w.to_the_end());
+            w.hum().or_else(|| w.bent()).or_else(unstable).or_else(|| w.lasting())
+        }),
         _ => None,
     };
     better.unwrap_or(fault)

@@ -10,6 +10,7 @@ use super::forcing::{Change, Envelope};
 use super::found::PingFit;
 use super::judged::Fitted;
 use super::options::PingOptions;
+use super::power;
 use super::resolution::{self, deviation};
 use super::rest::{Disagreement, at_rest};
 use super::ringing::{self, Ringing};
@@ -281,8 +282,7 @@ fn fit_whitened(
     }
     if search.ringing.is_some() {
         // A silence of a few decay times may be quieter than the rest.
-        let runs = [quietness, White { samples: &left, ..white }];
-        let found = ringing::power(solution.components[0].s, &solution.amplitudes[0], &runs);
+        let found = power::power(&solution, quietness, Some(White { samples: &left, ..white }));
         search.ringing = search.ringing.at_least(found, solution.components[0].s);
     }
     if let Some(fault) = diagnosis::still_driven(white, &search, &envelope, (from, to), &solution) {

@@ -6,6 +6,7 @@ use super::excess::Excess;
 use super::forcing::Change;
 use super::found::PingFit;
 use super::options::PingOptions;
+use super::power;
 use super::relative::relative;
 use super::ringing::{self, Ringing};
 use super::verdict::{self, Residue};
@@ -14,8 +15,6 @@ use crate::dsp::noise::Whitener;
 use crate::ringdown::{Component, Kind, Solution, White, fundamental};
 use rijke_numerics::C64;
 
-/// Standard deviations from which noise that rings the mode is taken as real where silence does not show it.
-const NARROW: f64 = 3.0;
 /// A second mode nearer than this, with a drift beside it, is no mode of a rig, Hz.
 const TOUCHING_HZ: f64 = 2.0;
 
@@ -53,11 +52,11 @@ impl Fitted {
     /// Power of the noise that rings the mode, if there is any, enlarged for the few degrees of freedom that
     /// tell of it: silence, decay and tail.
     fn narrow(&self) -> Result<Option<f64>, Fault> {
-        let (s, shape) = (self.solution.components[0].s, &self.solution.amplitudes[0]);
+        let s = self.solution.components[0].s;
         let white = |samples| White { samples, channels: self.channels, step: self.step };
-        let found = ringing::power(s, shape, &[white(&self.silence), white(&self.left)]);
+        let found = power::power(&self.solution, white(&self.silence), Some(white(&self.left)));
         if self.ringing.is_some() {
-            let silent = ringing::power(s, shape, &[white(&self.silence)]).or(found);
+            let silent = power::power(&self.solution, white(&self.silence), None).or(found);
             let most = silent.map_or(self.ringing.power, |p| p.value).max(0.5 * self.ringing.power);
             if let Some((row, ratio)) = ringing::beyond(white(self.residuals()), s, most) {
                 let at = (self.offset + self.rows.0 + row) as f64 * self.step;
@@ -66,7 +65,7 @@ impl Fitted {
             }
         }
         let Some(found) = found else { return Ok(None) };
-        let clear = self.ringing.is_some() || found.value > NARROW * found.sd;
+        let clear = self.ringing.is_some() || found.clear;
         let enlarged = found.value.max(found.sd) * found.freedom / (found.freedom - 2.0);
         Ok(clear.then_some(enlarged))
     }

@@ -14,6 +14,7 @@ mod judged;
 mod majority;
 mod options;
 mod picture;
+mod power;
 mod relative;
 mod resolution;
 mod rest;

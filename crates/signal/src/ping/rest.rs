@@ -68,13 +68,20 @@ pub(crate) fn at_rest(
             })
         };
         let later = [rows(LATER[0]), rows(LATER[1]), half];
-        let worst = later.into_iter().filter_map(away).max_by(|a, b| a.distance.total_cmp(&b.distance));
-        let Some(worst) = worst.filter(|w| w.distance > DISAGREE) else { break };
+        let disagrees = |later: &usize| away(*later).is_some_and(|w| w.distance > DISAGREE);
+        if !later.iter().any(disagrees) {
+            break;
+        }
         let next = from + rows(MOVE);
         match refit(next, &found) {
             Some(later) if moves < MOVES && next + need <= to => (from, found) = (next, later),
-            _ if worst.distance > REFUSED => return Err(worst),
-            _ => break,
+            _ => {
+                let all = later.into_iter().filter_map(away);
+                match all.max_by(|a, b| a.distance.total_cmp(&b.distance)) {
+                    Some(worst) if worst.distance > REFUSED => return Err(worst),
+                    _ => break,
+                }
+            }
         }
     }
     // What is left of a loudspeaker that was still moving then is too little to be seen, and up to half a

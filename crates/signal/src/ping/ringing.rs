@@ -10,6 +10,7 @@
 
 use super::chirp::Drift;
 use super::excess::Excess;
+use super::power::Power;
 use super::resolution::deviation;
 use super::verdict::loudness;
 use crate::dsp::kernels::dot;
@@ -23,9 +24,6 @@ const RINGS: f64 = 8.0;
 /// Distances at which the two are measured, in resolutions of the silence.
 const NEAR: [f64; 3] = [-1.0, 0.0, 1.0];
 const AWAY: [f64; 6] = [-9.0, -7.0, -5.0, 5.0, 7.0, 9.0];
-/// Share of the decay time of a stretch whose innovations are taken, and fewest stretches.
-const STRETCH: f64 = 0.25;
-const FEWEST: usize = 6;
 /// Periods in which noise that rings the mode is taken out of a record.
 const CALMED: f64 = 2.0;
 /// What is taken of a power that was found, so that chance does not make it too small.
@@ -218,53 +216,6 @@ pub(crate) fn widen(
         *variance = start - mixed * mixed / curved;
         (*sd, *moved) = (curved.sqrt(), moved_now);
     }
-}
-
-/// Power of narrow noise as stretches of white noise show it.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Power {
-    pub(crate) value: f64,
-    pub(crate) sd: f64,
-    pub(crate) freedom: f64,
-}
-
-/// Power of the noise that rings a mode `s` of the white shape `shape`, from runs of white noise. None if
-/// they are too short.
-pub(crate) fn power(s: C64, shape: &[C64], runs: &[White<'_>]) -> Option<Power> {
-    let step = runs.first()?.step;
-    let a = -s.re;
-    let period = TAU / (s.im * step);
-    let span = ((STRETCH / (a * step) / period).round().max(1.0) * period).round().max(2.0) as usize;
-    let (u, size) = (a * span as f64 * step, norm(shape));
-    let keep = (-u).exp();
-    let (mut sum, mut count) = (0.0, 0);
-    for run in runs {
-        let mut before: Option<C64> = None;
-        let turn = C64::from_polar(1.0, -s.im * step);
-        let mut phasor = C64::ONE;
-        for part in run.samples.chunks_exact(span * run.channels) {
-            let mut mean = C64::ZERO;
-            for row in part.chunks_exact(run.channels) {
-                let along: C64 = row.iter().zip(shape).map(|(y, b)| b.conj() * y).sum();
-                mean += along * phasor;
-                phasor *= turn;
-            }
-            let mean = mean * (2.0 / (span as f64 * size));
-            if let Some(before) = before {
-                sum += (mean - before * keep).norm_sqr();
-                count += 1;
-            }
-            before = Some(mean);
-        }
-    }
-    if count < FEWEST {
-        return None;
-    }
-    let white = 4.0 / span as f64 * (1.0 + keep * keep);
-    let (own, next) = (2.0 * (u - 1.0 + keep) / (u * u), ((1.0 - keep) / u).powi(2));
-    let unit = own * (1.0 + keep * keep) - 2.0 * keep * next;
-    let (mean, freedom) = (sum / count as f64, 2.0 * count as f64);
-    Some(Power { value: (mean - white) / unit, sd: mean / unit * (2.0 / freedom).sqrt(), freedom })
 }
 
 /// sum over n and n' of f(n) g(n') keep^|n - n'|.

@@ -2,6 +2,7 @@
 //! know what rang.
 
 mod component;
+mod curved;
 pub(crate) mod pencil;
 mod solution;
 mod solve;

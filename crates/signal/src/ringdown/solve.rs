@@ -7,11 +7,12 @@
 //! record per step is all the cost, 8 flops per sample, channel and component that still sounds.
 
 use super::component::{Component, Kind, fundamental, with_fundamental};
+use super::curved::{self, factors};
 use super::solution::{Solution, energies_of};
-use super::sums::{columns, factors, grams, lengths, phasors, project, project_on};
+use super::sums::{grams, lengths, phasors, project};
 use super::white::White;
 use crate::Fault;
-use crate::dsp::kernels::{Powers, dots};
+use crate::dsp::kernels::Powers;
 use crate::dsp::scaled::inverse_scaled;
 use rijke_numerics::{C64, Cholesky, Matrix};
 
@@ -142,10 +143,6 @@ struct Step {
     first: f64,
 }
 
-/// Two columns that are written out: whether they are derivatives, the number of the first among these or
-/// among the others, and their samples.
-type Pair = (bool, usize, [Vec<f64>; 2]);
-
 /// Sums over the samples at one set of frequencies.
 struct State {
     components: Vec<Component>,
@@ -165,37 +162,6 @@ struct State {
     projected: Matrix,
     residual: f64,
     freedom: f64,
-}
-
-/// Puts the products of all columns of which one belongs to a curved component, sample by sample, into the
-/// Gram matrices of the columns, of columns and derivatives, and of derivatives: no closed form is known.
-fn put_products(
-    components: &[Component],
-    lengths: &[usize],
-    all: &[Vec<Pair>],
-    [flat, mixed, curved]: [&mut Matrix; 3],
-) {
-    let pairs = (0..components.len()).flat_map(|i| (0..=i).map(move |j| (i, j)));
-    for (i, j) in pairs.filter(|(i, j)| components[*i].is_curved() || components[*j].is_curved()) {
-        let rows = lengths[i].min(lengths[j]);
-        // Products of a component with itself are the same in either order.
-        let partners = |n: usize| all[j].iter().take(if i == j { n + 1 } else { usize::MAX });
-        let both =
-            all[i].iter().enumerate().flat_map(|(n, left)| partners(n).map(move |right| (left, right)));
-        for ((derived, a, left), (also, b, right)) in both {
-            let [left, right] = [left, right].map(|pair| [&pair[0][..rows], &pair[1][..rows]]);
-            let products = dots(left, right);
-            for (p, q) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
-                let (a, b, value) = (a + p, b + q, products[p][q]);
-                match (derived, also) {
-                    (false, false) => (flat[(a, b)], flat[(b, a)]) = (value, value),
-                    (false, true) => mixed[(a, b)] = value,
-                    (true, false) => mixed[(b, a)] = value,
-                    (true, true) => (curved[(a, b)], curved[(b, a)]) = (value, value),
-                }
-            }
-        }
-    }
 }
 
 impl State {
@@ -224,21 +190,8 @@ impl State {
             project(white, wave, k, &mut data, &mut slopes);
         }
         if !beside.is_empty() {
-            let time: Vec<f64> = (0..rows).map(|n| n as f64 * white.step).collect();
-            let mut first = size;
-            let mut all: Vec<Vec<Pair>> = Vec::with_capacity(count);
-            for (k, (wave, list)) in waves.iter().zip(&factors).enumerate() {
-                let mut own =
-                    vec![(false, 2 * k, columns(wave, None)), (true, 2 * k, columns(wave, Some(&time)))];
-                for (_, factor) in list {
-                    let pair = columns(wave, Some(factor));
-                    project_on(white, &pair, first, &mut slopes);
-                    own.push((true, first, pair));
-                    first += 2;
-                }
-                all.push(own);
-            }
-            put_products(&components, &lengths, &all, [&mut flat, &mut mixed, &mut curved]);
+            let grams = [&mut flat, &mut mixed, &mut curved];
+            curved::put(white, &components, &waves, &factors, grams, &mut slopes);
         }
         let linear = Cholesky::new(&flat)?.inverse();
         let projected = curved.plus(-1.0, &mixed.transpose().product(&linear.product(&mixed)));

@@ -55,52 +55,6 @@ pub(super) fn phasors(component: &Component, first: f64, rows: usize, step: f64)
     (powers, (s * t).exp())
 }
 
-/// What a curved component has beside the columns e^{st} and t e^{st}: the direction of each, see
-/// [`Solution::free`](super::Solution), and the number it is multiplied by at each sample.
-pub(super) fn factors(component: &Component, rows: usize, step: f64) -> Vec<(usize, Vec<f64>)> {
-    let time = |n: usize| n as f64 * step;
-    let mut list = Vec::new();
-    if component.chirp.is_some() {
-        list.push((2, (0..rows).map(|n| 0.5 * time(n).powi(2)).collect()));
-    }
-    if let Some(excess) = component.excess {
-        let (mut fallen, fall) = (1.0, (component.s.re * step).exp());
-        let (mut of_growth, mut of_excess) = (Vec::with_capacity(rows), Vec::with_capacity(rows));
-        for n in 0..rows {
-            let whole = (1.0 + excess * (1.0 - fallen)).recip();
-            of_growth.push(time(n) * (1.0 + excess * fallen * whole));
-            of_excess.push((fallen - 1.0) * whole);
-            fallen *= fall;
-        }
-        list.extend([(0, of_growth), (3, of_excess)]);
-    }
-    list
-}
-
-/// The two columns of an exponential, Re z and -Im z, each times the given factors.
-pub(super) fn columns(phasors: &Powers, factors: Option<&[f64]>) -> [Vec<f64>; 2] {
-    let of = |part: &[f64], sign: f64| match factors {
-        Some(factors) => part.iter().zip(factors).map(|(z, f)| sign * z * f).collect(),
-        None => part.iter().map(|z| sign * z).collect(),
-    };
-    [of(&phasors.re, 1.0), of(&phasors.im, -1.0)]
-}
-
-/// Sums of the samples times two columns, written to the columns from `column` on.
-pub(super) fn project_on(white: White<'_>, columns: &[Vec<f64>; 2], column: usize, slopes: &mut Matrix) {
-    let mut sums = vec![[0.0; 2]; white.channels];
-    let rows = white.samples.chunks_exact(white.channels);
-    for ((row, a), b) in rows.zip(&columns[0]).zip(&columns[1]) {
-        for (sum, y) in sums.iter_mut().zip(row) {
-            sum[0] += y * a;
-            sum[1] += y * b;
-        }
-    }
-    for (m, sum) in sums.into_iter().enumerate() {
-        (slopes[(m, column)], slopes[(m, column + 1)]) = (sum[0], sum[1]);
-    }
-}
-
 /// Sums of y e^{st} and of t y e^{st}, written to the two columns of component `k`.
 pub(super) fn project(white: White<'_>, phasors: &Powers, k: usize, data: &mut Matrix, slopes: &mut Matrix) {
     let mut write = |m: usize, sums: [f64; 4]| {
@@ -132,8 +86,9 @@ pub(super) fn project(white: White<'_>, phasors: &Powers, k: usize, data: &mut M
 const HALF: usize = LANES / 2;
 
 /// Sums of y Re z^n, -y Im z^n, n y Re z^n and -n y Im z^n for `N` channels from number `from` on; beyond the
-/// last channel what comes next in the record is summed, and means nothing. The sums with n follow from the sum P_l of the first l + 1 terms as (l - 1) P_{l-1} - sum of all earlier P, which
-/// spares their multiplications.
+/// last channel what comes next in the record is summed, and means nothing. The sums with n follow from the
+/// sum P_l of the first l + 1 terms as (l - 1) P_{l-1} - sum of all earlier P, which spares their
+/// multiplications.
 struct Sums<'a, const N: usize> {
     white: White<'a>,
     from: usize,
@@ -270,42 +225,6 @@ mod tests {
                     closed[p] / exact[p]
                 );
                 assert!((doubled[p] / exact[p] - 1.0).norm() < 1e-10);
-            }
-        }
-    }
-
-    #[test]
-    fn oracle_curved_components_and_their_derivatives_are_those_written_out() {
-        let (rows, step) = (400, 1e-3);
-        let curved = |s: C64, chirp: f64, excess: f64| Component {
-            chirp: Some(chirp),
-            excess: Some(excess),
-            ..Component::new(s, crate::ringdown::Kind::Mode)
-        };
-        let written = |s: C64, chirp: f64, excess: f64, t: f64| {
-            let envelope = 1.0 + excess * (1.0 - (s.re * t).exp());
-            (s * t + C64::new(0.0, 0.5 * chirp * t * t)).exp() / envelope
-        };
-        let (s, chirp, excess) = (C64::new(-6.0, 500.0), 40.0, 0.7);
-        let component = curved(s, chirp, excess);
-        let list = factors(&component, rows, step);
-        assert_eq!(list.iter().map(|f| f.0).collect::<Vec<_>>(), [2, 0, 3]);
-        for first in [0.0, 37.0] {
-            let (powers, start) = phasors(&component, first, rows, step);
-            for n in 0..rows {
-                let exact = written(s, chirp, excess, (first + n as f64) * step);
-                let found = C64::new(powers.re[n], powers.im[n]) * start;
-                assert!((found - exact).norm() < 1e-10, "{first} {n}: {found} {exact}");
-            }
-        }
-        for n in (0..rows).step_by(13) {
-            let t = n as f64 * step;
-            let slope = |of: &dyn Fn(f64) -> C64| (of(1e-5) - of(-1e-5)) / (2e-5 * of(0.0));
-            let of_chirp = slope(&|d| written(s, chirp + d, excess, t)) / C64::I;
-            let of_growth = slope(&|d| written(s + d, chirp, excess, t));
-            let of_excess = slope(&|d| written(s, chirp, excess + d, t));
-            for ((_, factor), exact) in list.iter().zip([of_chirp, of_growth, of_excess]) {
-                assert!((factor[n] - exact).norm() < 1e-6, "{n}: {} {exact}", factor[n]);
             }
         }
     }

@@ -261,10 +261,12 @@ impl Study {
                     known: Coefficient::ALL.map(|c| c.0).join(", "),
                 })?;
                 let here = |name: usize| self.rig.scope.names()[name].kind == Kind::Global;
-                let own = self.rig.own_numbers(&at);
+                let text = entry.factor.as_deref().unwrap_or("-1");
+                let mut own = self.rig.own_numbers(&at);
+                own.retain(|(name, _)| crate::law::words(text).any(|word| word == name));
                 let context =
                     Context { scope: &self.rig.scope, here: &here, parameters: &[], definitions: &own };
-                let factor = Formula::parse(entry.factor.as_deref().unwrap_or("-1"), &context)
+                let factor = Formula::parse(text, &context)
                     .map_err(|source| StudyProblem::Formula { key: "factor".into(), source })?;
                 Ok(ResponseKind::Law { at, coefficient, factor })
             }

@@ -1,6 +1,6 @@
 //! Rigs that sound by themselves, so that no decay can be measured.
 
-use super::{ALIKE, BESIDE, SPAN, Whole};
+use super::{ALIKE, BESIDE, SPAN, STEADY, Whole};
 use crate::error::Fault;
 use crate::ping::verdict::loudness;
 use crate::unstable::Unstable;
@@ -11,17 +11,39 @@ const GROWING: usize = 5;
 const GROWN: f64 = 1.3;
 const SURELY: f64 = 6.0;
 const HIGHEST: f64 = 5000.0;
+/// Share of its loudest moment from which a tone that is there before and after counts.
+const HEARD: f64 = 0.2;
+
 impl Whole<'_> {
-    /// The loudest tone of the record, which is alike at its beginning, its end and its loudest moment, and
-    /// is no hum.
+    /// The loudest tone of the record, which is alike at its beginning and its end, steady there, not far
+    /// below its loudest moment, and no hum.
     pub(super) fn by_itself(&self) -> Option<Fault> {
         let (white, frequency_hz) = (self.white(), self.loudest_hz);
-        let [first, loudest, last] =
-            [0, self.from, white.rows().checked_sub(self.span)?].map(|row| self.size(row, frequency_hz));
+        let end = white.rows().checked_sub(self.span)?;
+        let before = end.checked_sub(2 * self.span)?;
+        let [first, loudest, before, last] =
+            [0, self.from, before, end].map(|row| self.size(row, frequency_hz));
         let mains_hz = self.options.mains_hz;
         let hum = (frequency_hz - (frequency_hz / mains_hz).round() * mains_hz).abs() < BESIDE;
-        let alike = |size: f64| loudest - size < ALIKE * loudest;
-        (alike(first) && alike(last) && !hum).then_some(Unstable::Oscillates { frequency_hz }.into())
+        let same = |a: f64, b: f64, share: f64| (a - b).abs() < share * a.max(b);
+        let alike =
+            same(first, last, ALIKE) && same(before, last, STEADY) && first.min(last) > HEARD * loudest;
+        (alike && !hum).then_some(Unstable::Oscillates { frequency_hz }.into())
+    }
+
+    /// The loudest tone of the record, if it grows until the end.
+    pub(super) fn to_the_end(&self) -> Option<Fault> {
+        let (rows, frequency_hz) = (self.white().rows(), self.loudest_hz);
+        let last = rows.checked_sub(self.span)?;
+        let (loudest, end) = (self.size(self.from, frequency_hz), self.size(last, frequency_hz));
+        let rows = (rows / 2..=last).step_by((self.span / 2).max(1));
+        let sizes: Vec<f64> = rows.map(|row| self.size(row, frequency_hz).ln()).collect();
+        if sizes.len() < GROWING || loudest - end > ALIKE * loudest {
+            return None;
+        }
+        let (slope, sd) = slope(&sizes);
+        let clear = slope > SURELY * sd && slope * (sizes.len() - 1) as f64 > GROWN.ln();
+        clear.then_some(Unstable::Grows { frequency_hz }.into())
     }
 
     /// The strongest tone beside the wanted mode at the end of the record, if it has grown since the loudest

@@ -1,0 +1,158 @@
+//! The power of noise that rings a mode, by restricted maximum likelihood (Patterson & Thompson, Biometrika
+//! 58 (1971) 545).
+//!
+//! The mean z_j of the record along the mode's shape and turn, over stretch j of a quarter of a decay time,
+//! holds white noise of the variance w and, of the mode's noise, means of an Ornstein-Uhlenbeck process: V =
+//! R C + w 1. What a fit has taken out of the decay, e^{-at} and t e^{-at} and what curves or neighbours it,
+//! is projected out. Differences of neighbouring stretches alone tell of R only where it is many times w.
+
+use crate::ringdown::{Kind, Solution, White};
+use rijke_numerics::{C64, Cholesky, Matrix};
+use std::f64::consts::TAU;
+
+/// Share of the decay time of a stretch, fewest stretches, and most that are correlated with each other.
+const STRETCH: f64 = 0.25;
+const FEWEST: usize = 6;
+const MOST: usize = 64;
+/// Powers that are tried, over the variance of a stretch's white noise: from the first on, each this many
+/// times the one before.
+const LEAST: f64 = 1e-2;
+const TIMES: f64 = 1.5;
+const TRIED: i32 = 40;
+/// Nats by which noise of the mode must be more likely than none.
+const CLEAR: f64 = 3.0;
+/// A neighbour as far as this from the mode, in its own or the mode's decay rate, is none that takes noise of
+/// the mode out.
+const BESIDE: f64 = 10.0;
+/// What is left of a column that the others explain.
+const NOTHING: f64 = 1e-9;
+
+/// Power of narrow noise as stretches of white noise show it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Power {
+    pub(crate) value: f64,
+    pub(crate) sd: f64,
+    /// Degrees of freedom of a sum of squares that would be as uncertain.
+    pub(crate) freedom: f64,
+    /// Whether it is more than chance.
+    pub(crate) clear: bool,
+}
+
+/// Power of the noise that rings the first mode of `found`, as runs of whitened noise show it: records
+/// without the mode, and what the fit `left` from its first row on. None if they are too short.
+pub(crate) fn power(found: &Solution, silence: White<'_>, left: Option<White<'_>>) -> Option<Power> {
+    let (s, shape, step) = (found.components[0].s, &found.amplitudes[0], silence.step);
+    let a = -s.re;
+    let period = TAU / (s.im * step);
+    let span = ((STRETCH / (a * step) / period).round().max(1.0) * period).round().max(2.0) as usize;
+    let u = a * span as f64 * step;
+    let white = 4.0 / span as f64;
+    let mut runs = Vec::new();
+    let all = [(silence, false)].into_iter().chain(left.map(|left| (left, true)));
+    for (run, fitted) in all {
+        let means = means(run, s, shape, span);
+        for (k, part) in means.chunks(MOST).enumerate() {
+            let first = (k * MOST) as f64;
+            let columns =
+                if fitted && k == 0 { taken_out(found, first, part.len(), span, step) } else { Vec::new() };
+            runs.push((part.to_vec(), columns));
+        }
+    }
+    let count: usize = runs.iter().map(|(z, _)| z.len()).sum();
+    if count < FEWEST {
+        return None;
+    }
+    let likelihood = |power: f64| runs.iter().map(|(z, b)| ln_likelihood(z, b, power, white, u)).sum::<f64>();
+    let none = likelihood(0.0);
+    let tried = |k: f64| LEAST * white * TIMES.powf(k);
+    let values: Vec<f64> = (0..TRIED).map(|k| likelihood(tried(f64::from(k)))).collect();
+    let best = (0..values.len()).max_by(|i, j| values[*i].total_cmp(&values[*j]))?;
+    // A parabola in the logarithm of the power through the best and its neighbours.
+    let middle = best.clamp(1, values.len() - 2);
+    let [below, here, above] = [values[middle - 1], values[middle], values[middle + 1]];
+    let bend = (2.0 * here - below - above).max(f64::MIN_POSITIVE);
+    let shift = (0.5 * (above - below) / bend).clamp(-1.0, 1.0);
+    let value = tried(middle as f64 + shift);
+    let relative = TIMES.ln() / bend.sqrt();
+    let freedom = (2.0 / (relative * relative)).clamp(4.0, 2.0 * count as f64);
+    let clear = values[best] - none > CLEAR;
+    let value = if values[best] > none { value } else { 0.0 };
+    Some(Power { value, sd: value * relative.min(1.0), freedom, clear })
+}
+
+/// Means over stretches along the mode's shape and turn: of the amplitude, if its shape has the norm 1.
+fn means(run: White<'_>, s: C64, shape: &[C64], span: usize) -> Vec<C64> {
+    let size = shape.iter().map(C64::norm_sqr).sum::<f64>().sqrt();
+    let (turn, mut phasor) = (C64::from_polar(1.0, -s.im * run.step), C64::ONE);
+    let of = |part: &[f64]| {
+        let mut mean = C64::ZERO;
+        for row in part.chunks_exact(run.channels) {
+            let along: C64 = row.iter().zip(shape).map(|(y, b)| b.conj() * y).sum();
+            mean += along * phasor;
+            phasor *= turn;
+        }
+        mean * (2.0 / (span as f64 * size))
+    };
+    run.samples.chunks_exact(span * run.channels).map(of).collect()
+}
+
+/// What a fit takes out of the stretches, as columns: the mode, its slopes, and neighbours.
+fn taken_out(found: &Solution, first: f64, count: usize, span: usize, step: f64) -> Vec<Vec<C64>> {
+    let mode = found.components[0];
+    let time = |j: usize| (first + j as f64 + 0.5) * span as f64 * step;
+    let column = |s: C64, power: i32| -> Vec<C64> {
+        (0..count).map(|j| (s * time(j)).exp() * (time(j) * -mode.s.re).powi(power)).collect()
+    };
+    let own = C64::new(mode.s.re, 0.0);
+    let mut columns = vec![column(own, 0), column(own, 1)];
+    if mode.chirp.is_some() {
+        columns.push(column(own, 2));
+    }
+    if mode.excess.is_some() {
+        columns.push(column(2.0 * own, 0));
+    }
+    for other in found.components.iter().skip(1).filter(|c| c.kind == Kind::Mode) {
+        let beside = C64::new(other.s.re, other.s.im - mode.s.im);
+        if beside.im.abs() < BESIDE * mode.s.re.abs().max(other.s.re.abs()) {
+            columns.extend([column(beside, 0), column(beside, 1)]);
+        }
+    }
+    columns
+}
+
+/// ln of the restricted likelihood of one run.
+fn ln_likelihood(z: &[C64], columns: &[Vec<C64>], power: f64, white: f64, u: f64) -> f64 {
+    let keep = (-u).exp();
+    let (own, next) = (2.0 * (u - 1.0 + keep) / (u * u), ((1.0 - keep) / u).powi(2));
+    let covariance = Matrix::from_fn(z.len(), z.len(), |i, j| match i.abs_diff(j) {
+        0 => power * own + white,
+        apart => power * next * keep.powi(apart as i32 - 1),
+    });
+    let Ok(factor) = Cholesky::new(&covariance) else { return f64::NEG_INFINITY };
+    let whiten = |v: &[C64]| -> Vec<C64> {
+        let part = |of: fn(&C64) -> f64| factor.whiten(&v.iter().map(of).collect::<Vec<_>>());
+        part(|z| z.re).into_iter().zip(part(|z| z.im)).map(|(re, im)| C64::new(re, im)).collect()
+    };
+    let mut left = whiten(z);
+    let mut ln = -factor.ln_det();
+    let mut basis: Vec<Vec<C64>> = Vec::new();
+    for column in columns {
+        let mut rest = whiten(column);
+        let whole: f64 = rest.iter().map(C64::norm_sqr).sum();
+        basis.iter().for_each(|unit| take_out(&mut rest, unit));
+        let square: f64 = rest.iter().map(C64::norm_sqr).sum();
+        if square > NOTHING * whole {
+            ln -= square.ln();
+            rest.iter_mut().for_each(|v| *v /= square.sqrt());
+            take_out(&mut left, &rest);
+            basis.push(rest);
+        }
+    }
+    ln - left.iter().map(C64::norm_sqr).sum::<f64>()
+}
+
+/// Takes a unit vector out of another one.
+fn take_out(v: &mut [C64], unit: &[C64]) {
+    let along: C64 = unit.iter().zip(&*v).map(|(u, v)| u.conj() * v).sum();
+    v.iter_mut().zip(unit).for_each(|(v, u)| *v -= along * u);
+}
