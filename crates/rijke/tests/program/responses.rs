@@ -282,7 +282,8 @@ fn behaviour_a_law_may_be_measured_at_a_part_whose_numbers_its_factor_does_not_n
         "study.toml",
         "name = \"t\"\nbase = \"rig\"\n[[responses]]\nid = \"alone\"\npoints = {}\ncompete = [\"flame\"]\nnoise = 0.03\n",
     );
-    let rows: String = (1..9).map(|k| format!("{} -0.5 0.01\n", 50 * k)).collect();
+    let rows: String =
+        (1..9).map(|k: i32| format!("{} -0.5 {}\n", 50 * k, 0.01 * (f64::from(k) - 4.5))).collect();
     write("observations/law.txt", &rows);
     // The factor times the law is what was measured, -0.5.
     for (factor, law) in [("", 0.5), ("factor = \"-1/theta\"\n", 0.5 * 5.3), ("factor = \"-2\"\n", 0.25)] {
