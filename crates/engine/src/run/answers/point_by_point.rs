@@ -11,7 +11,7 @@ use crate::rows::with_candidates;
 use crate::{Assembly, EngineError, Noise, Observed, Trained, train};
 use rayon::prelude::*;
 use rijke_formula::Here;
-use rijke_numerics::{C64, JetSpace, Order, InOrder};
+use rijke_numerics::{C64, InOrder, JetSpace, Order};
 use rijke_study::names::{FLANGED, S};
 use rijke_study::plan::{NoiseSpec, Question, Selection};
 use rijke_study::{Candidate, Study, StudyProblem};
