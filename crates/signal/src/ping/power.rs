@@ -38,6 +38,9 @@ pub(crate) struct Power {
     pub(crate) clear: bool,
 }
 
+/// Means over stretches, and the columns that a fit took out of them.
+type Run = (Vec<C64>, Vec<Vec<C64>>);
+
 /// Power of the noise that rings the first mode of `found`, as runs of whitened noise show it: records
 /// without the mode, and what the fit `left` from its first row on. None if they are too short.
 pub(crate) fn power(found: &Solution, silence: White<'_>, left: Option<White<'_>>) -> Option<Power> {
@@ -45,9 +48,7 @@ pub(crate) fn power(found: &Solution, silence: White<'_>, left: Option<White<'_>
     let a = -s.re;
     let period = TAU / (s.im * step);
     let span = ((STRETCH / (a * step) / period).round().max(1.0) * period).round().max(2.0) as usize;
-    let u = a * span as f64 * step;
-    let white = 4.0 / span as f64;
-    let mut runs = Vec::new();
+    let mut runs: Vec<Run> = Vec::new();
     let all = [(silence, false)].into_iter().chain(left.map(|left| (left, true)));
     for (run, fitted) in all {
         let means = means(run, s, shape, span);
@@ -58,6 +59,12 @@ pub(crate) fn power(found: &Solution, silence: White<'_>, left: Option<White<'_>
             runs.push((part.to_vec(), columns));
         }
     }
+    most_likely(&runs, 4.0 / span as f64, a * span as f64 * step)
+}
+
+/// The power that makes the runs most likely, of white noise of the variance `white`; a stretch lasts `u`
+/// decay times. None if there are too few stretches.
+fn most_likely(runs: &[Run], white: f64, u: f64) -> Option<Power> {
     let count: usize = runs.iter().map(|(z, _)| z.len()).sum();
     if count < FEWEST {
         return None;
@@ -155,4 +162,106 @@ fn ln_likelihood(z: &[C64], columns: &[Vec<C64>], power: f64, white: f64, u: f64
 fn take_out(v: &mut [C64], unit: &[C64]) {
     let along: C64 = unit.iter().zip(&*v).map(|(u, v)| u.conj() * v).sum();
     v.iter_mut().zip(unit).for_each(|(v, u)| *v -= along * u);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand_distr::{Distribution, StandardNormal};
+    use rijke_numerics::Streams;
+
+    const U: f64 = 0.25;
+
+    /// Means of an Ornstein-Uhlenbeck process of the power `power`, step by step, in white noise of variance
+    /// 1, from which a decay and its slope are taken out by least squares.
+    fn run(seed: u64, power: f64, count: usize) -> Run {
+        const FINE: usize = 50;
+        let mut stream = Streams::new(seed).stream("power");
+        let mut normal = || -> C64 {
+            let mut one = || -> f64 { StandardNormal.sample(&mut stream) };
+            C64::new(one(), one()) * 0.5_f64.sqrt()
+        };
+        let keep = (-U / FINE as f64).exp();
+        let mut now = normal() * power.sqrt();
+        let mut z: Vec<C64> = (0..count)
+            .map(|_| {
+                let mut sum = C64::ZERO;
+                for _ in 0..FINE {
+                    sum += now;
+                    now = now * keep + normal() * (power * (1.0 - keep * keep)).sqrt();
+                }
+                sum / FINE as f64 + normal()
+            })
+            .collect();
+        let time = |j: usize| (j as f64 + 0.5) * U;
+        let columns: Vec<Vec<C64>> = [0, 1]
+            .map(|k| (0..count).map(|j| C64::from(time(j).powi(k) * (-time(j)).exp())).collect())
+            .into();
+        let mut basis: Vec<Vec<C64>> = Vec::new();
+        for mut column in columns.clone() {
+            basis.iter().for_each(|unit| take_out(&mut column, unit));
+            let size = column.iter().map(C64::norm_sqr).sum::<f64>().sqrt();
+            column.iter_mut().for_each(|v| *v /= size);
+            take_out(&mut z, &column);
+            basis.push(column);
+        }
+        (z, columns)
+    }
+
+    #[test]
+    fn coverage_of_the_power_of_noise_beside_a_decay_that_was_fitted() {
+        const SEEDS: u64 = 200;
+        for (power, clear) in [(0.0, 0..=4), (0.3, 60..=200), (3.0, 198..=200)] {
+            let found: Vec<Power> =
+                (0..SEEDS).map(|seed| most_likely(&[run(seed, power, 50)], 1.0, U).unwrap()).collect();
+            let mean = found.iter().map(|p| p.value).sum::<f64>() / SEEDS as f64;
+            let seen = found.iter().filter(|p| p.clear).count();
+            println!("power {power}: mean {mean:.3}, clear {seen} of {SEEDS}");
+            assert!(clear.contains(&seen), "{power}: {seen}");
+            let scatter = found.iter().map(|p| (p.value - power).powi(2)).sum::<f64>() / SEEDS as f64;
+            let error = (scatter / SEEDS as f64).sqrt();
+            assert!(power == 0.0 || (mean - power).abs() < 4.0 * error + 0.05 * power, "{power}: {mean}");
+            let stated = found.iter().map(|p| p.sd * p.sd).sum::<f64>() / SEEDS as f64;
+            assert!(power < 1.0 || (0.6..1.6).contains(&(stated / scatter)), "{power}: {stated} {scatter}");
+        }
+    }
+
+    #[test]
+    fn exact_the_likelihood_is_that_of_what_is_at_right_angles_to_the_columns() {
+        // In an orthonormal basis K of what is at right angles to B, K* z has the covariance K* V K.
+        let (z, columns) = run(7, 1.0, 12);
+        let both: Vec<f64> = [0.1, 2.0].map(|power| ln_likelihood(&z, &columns, power, 1.0, U)).into();
+        let mut basis: Vec<Vec<C64>> = Vec::new();
+        let units = (0..12).map(|k| (0..12).map(|j| C64::from(f64::from(u8::from(j == k)))).collect());
+        for mut v in columns.iter().cloned().chain(units) {
+            basis.iter().for_each(|unit| take_out(&mut v, unit));
+            let size = v.iter().map(C64::norm_sqr).sum::<f64>().sqrt();
+            if size > 1e-6 {
+                v.iter_mut().for_each(|v| *v /= size);
+                basis.push(v);
+            }
+        }
+        let inner = |a: &[C64], b: &[C64]| a.iter().zip(b).map(|(a, b)| (a.conj() * b).re).sum::<f64>();
+        let rest = &basis[2..];
+        assert_eq!(rest.len(), 10);
+        let direct = |power: f64| {
+            let keep = (-U).exp();
+            let (own, next) = (2.0 * (U - 1.0 + keep) / (U * U), ((1.0 - keep) / U).powi(2));
+            let v = |i: usize, j: usize| match i.abs_diff(j) {
+                0 => power * own + 1.0,
+                apart => power * next * keep.powi(apart as i32 - 1),
+            };
+            let through =
+                |b: &[C64]| -> Vec<C64> { (0..12).map(|i| (0..12).map(|j| b[j] * v(i, j)).sum()).collect() };
+            let covariance = Matrix::from_fn(10, 10, |i, j| inner(&rest[i], &through(&rest[j])));
+            let factor = Cholesky::new(&covariance).unwrap();
+            let [re, im] = [|z: &C64| z.re, |z: &C64| z.im].map(|of| {
+                let part: Vec<f64> =
+                    rest.iter().map(|k| k.iter().zip(&z).map(|(k, z)| k.re * of(z)).sum()).collect();
+                factor.whiten(&part).iter().map(|v| v * v).sum::<f64>()
+            });
+            -factor.ln_det() - re - im
+        };
+        assert!(((both[1] - both[0]) - (direct(2.0) - direct(0.1))).abs() < 1e-9);
+    }
 }
