@@ -8,11 +8,11 @@ use std::f64::consts::TAU;
 
 /// Turn of the wave, rad, in one step of a delay.
 const TURN: f64 = 0.1;
-/// The first step, from which that one follows, as a share of the reach of the prior.
+/// A trial step, which tells how fast the laws turn, as a share of the reach of the prior.
 const FIRST: f64 = 1e-4;
-/// Least turn in the first step that is no rounding, where a law changes by more than `CHANGED` of itself.
-const LEAST: f64 = 1e-5;
+/// Change of a law in the trial step, as a share of itself, and turn, rad, below which both are rounding.
 const CHANGED: f64 = 1e-9;
+const LEAST: f64 = 1e-5;
 /// A law that decays or bends by more than this in such a step is no wave of constant size.
 const EXACT: f64 = 1e-6;
 /// Searches over one period.
@@ -51,7 +51,7 @@ pub(crate) fn delays(
 }
 
 /// By how much the laws turn per unit of parameter `i` at s = i `omega`, rad/s: zero if they do not depend on
-/// it, none if they do so in another way. `first` is a small step of it.
+/// it, none if they do so in another way. `first` is a trial step of it.
 fn rate(point: &PointModel<'_>, values: &[f64], (i, first): (usize, f64), omega: f64) -> Option<f64> {
     let at = |change: f64| {
         let mut moved = values.to_vec();

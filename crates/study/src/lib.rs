@@ -29,7 +29,7 @@ mod source;
 mod states;
 
 pub use base::{BaseError, Cause, GasStretch, PointState, STEP, Sharing};
-pub use campaign::{Campaign, Factor, Point, SURROUNDINGS};
+pub use campaign::{Campaign, Factor, Point, SURROUNDINGS, unit_behind};
 pub use catalogue::Catalogue;
 pub use claims::{ClaimNumber, Claims, Statement, Take};
 pub use error::{StudyError, StudyProblem};

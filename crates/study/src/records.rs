@@ -66,7 +66,7 @@ impl Study {
             microphones: Microphones {
                 positions: layout.microphones,
                 reference: self.rig.microphones.reference,
-                names: self.own_names().unwrap_or_default(),
+                names: self.own_names(),
             },
             recording: Recording {
                 arrival_setting_sd_s: self.rig.arrival_setting_sd_s,
@@ -75,10 +75,10 @@ impl Study {
         })
     }
 
-    /// What the microphones are called, if not by their numbers.
-    fn own_names(&self) -> Option<Vec<String>> {
+    /// What the microphones are called; nothing if they go by their numbers.
+    fn own_names(&self) -> Vec<String> {
         let names = &self.rig.microphones.names;
-        (*names != Microphones::by_number(names.len())).then(|| names.clone())
+        if *names == Microphones::by_number(names.len()) { Vec::new() } else { names.clone() }
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::elsewhere::T_AMB;
 use crate::SavedModel;
-use rijke_study::{Point, Study};
+use rijke_study::{Point, Study, unit_behind};
 
 /// A factor of a point beyond those of the points that trained a model.
 #[derive(Clone, Debug, PartialEq)]
@@ -15,7 +15,7 @@ pub struct Beyond {
     pub value: f64,
     /// The least and the largest that trained, SI.
     pub trained: [f64; 2],
-    /// Its unit in print, with a space before it; empty if it has none.
+    /// Its unit in print.
     pub unit: String,
     /// The part that it puts into the rig, which was at no point that trained.
     pub part: Option<String>,
@@ -26,6 +26,7 @@ impl Beyond {
     #[must_use]
     pub fn words(&self) -> String {
         let Self { point, factor, value, trained: [low, high], unit, part } = self;
+        let unit = unit_behind(unit);
         match part {
             Some(part) => format!(
                 "{point}: {part} is there ({factor} = {value}), and was at no point that trained: where this model has no law for it, it counts as absent"
@@ -51,10 +52,7 @@ pub fn beyond(study: &Study, model: &SavedModel, places: &[usize], axes: &[usize
         let all = points.filter_map(|(_, point)| of(point)).filter(|v| v.is_finite());
         all.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| [low.min(v), high.max(v)])
     };
-    let brought = |k: usize| {
-        let part = study.rig.parts.iter().find(|part| part.present == Some(k))?;
-        Some(part.name.clone())
-    };
+    let brought = |k: usize| study.rig.parts.iter().find(|p| p.present == Some(k)).map(|p| p.name.clone());
     let ambient = |point: &Point| point.ambient.map(|[value, _]| value);
     let far = |place: &usize| {
         let point = &campaign.points[*place];
@@ -66,9 +64,7 @@ pub fn beyond(study: &Study, model: &SavedModel, places: &[usize], axes: &[usize
                 factor: factor.name.clone(),
                 value,
                 trained: range,
-                unit: Some(factor.unit_in_print())
-                    .filter(|u| u != "1")
-                    .map_or_else(String::new, |u| format!(" {u}")),
+                unit: factor.unit_in_print(),
                 part: brought(k).filter(|_| range[1] <= 0.0 && value > 0.0),
             })
         });
@@ -79,7 +75,7 @@ pub fn beyond(study: &Study, model: &SavedModel, places: &[usize], axes: &[usize
             factor: T_AMB.into(),
             value,
             trained: [low, high],
-            unit: " K".into(),
+            unit: "K".into(),
             part: None,
         });
         found.chain(warmer).collect::<Vec<_>>()
@@ -107,7 +103,7 @@ mod tests {
             factor: "Q".into(),
             value: 60.0,
             trained: [0.0, 50.0],
-            unit: " W".into(),
+            unit: "W".into(),
             part: None,
         };
         assert!(beyond.words().starts_with("a: Q = 60 W is beyond the points that trained, 0 to 50 W"));

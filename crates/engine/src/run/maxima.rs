@@ -4,6 +4,7 @@ use super::course::{Chosen, Elsewhere, Trusted};
 use crate::{EngineError, NamedGaussian};
 use rayon::prelude::*;
 use rijke_inference::{Evidence, probabilities};
+use rijke_study::unit_behind;
 use std::sync::Arc;
 
 /// Most maxima that are tried.
@@ -95,7 +96,7 @@ fn not_told(found: &[(f64, Chosen)], best: usize, shares: &[f64]) -> Option<Stri
         };
         let value = |i: usize| {
             let p = &own.parameters[i];
-            let unit = if p.unit == "1" { String::new() } else { format!(" {}", p.unit) };
+            let unit = unit_behind(&p.unit);
             format!("{} = {:.4e}{unit} (not {:.4e})", p.name, other.values[i], own.values[i])
         };
         (0..own.own).filter(far).take(2).map(value).collect::<Vec<_>>().join(", ")

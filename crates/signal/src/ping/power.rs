@@ -1,10 +1,11 @@
 //! The power of noise that rings a mode, by restricted maximum likelihood (Patterson & Thompson, Biometrika
 //! 58 (1971) 545).
 //!
-//! The mean z_j of the record along the mode's shape and turn, over stretch j of a quarter of a decay time,
-//! holds white noise of the variance w and, of the mode's noise, means of an Ornstein-Uhlenbeck process: V =
-//! R C + w 1. What a fit has taken out of the decay, e^{-at} and t e^{-at} and what curves or neighbours it,
-//! is projected out. Differences of neighbouring stretches alone tell of R only where it is many times w.
+//! The record is projected on the mode's shape, turned back by its frequency, and averaged over stretches of
+//! a quarter of a decay time. These means hold white noise of the variance w, and means of an
+//! Ornstein-Uhlenbeck process of the power R: their covariance is V = R C + w 1. The columns that a fit has
+//! taken out of the decay (the mode, its slopes, its neighbours) are projected out. Differences of
+//! neighbouring stretches alone would tell of R only where it is many times w.
 
 use crate::ringdown::{Kind, Solution, White};
 use rijke_numerics::{C64, Cholesky, Matrix};
@@ -21,10 +22,10 @@ const TIMES: f64 = 1.5;
 const TRIED: i32 = 40;
 /// Nats by which noise of the mode must be more likely than none.
 const CLEAR: f64 = 3.0;
-/// A neighbour as far as this from the mode, in its own or the mode's decay rate, is none that takes noise of
-/// the mode out.
+/// Distance from the mode, in the larger of the two decay rates, up to which a neighbour in the fit takes
+/// noise of the mode with it.
 const BESIDE: f64 = 10.0;
-/// What is left of a column that the others explain.
+/// Share of a column's energy below which the columns before it explain it.
 const NOTHING: f64 = 1e-9;
 
 /// Power of narrow noise as stretches of white noise show it.
@@ -41,8 +42,8 @@ pub(crate) struct Power {
 /// Means over stretches, and the columns that a fit took out of them.
 type Run = (Vec<C64>, Vec<Vec<C64>>);
 
-/// Power of the noise that rings the first mode of `found`, as runs of whitened noise show it: records
-/// without the mode, and what the fit `left` from its first row on. None if they are too short.
+/// Power of the noise that rings the first mode of `found`, as whitened samples show it: those of a
+/// `silence`, and what the fit has `left`, from its first row on. None if they are too short.
 pub(crate) fn power(found: &Solution, silence: White<'_>, left: Option<White<'_>>) -> Option<Power> {
     let (s, shape, step) = (found.components[0].s, &found.amplitudes[0], silence.step);
     let a = -s.re;
@@ -53,9 +54,9 @@ pub(crate) fn power(found: &Solution, silence: White<'_>, left: Option<White<'_>
     for (run, fitted) in all {
         let means = means(run, s, shape, span);
         for (k, part) in means.chunks(MOST).enumerate() {
-            let first = (k * MOST) as f64;
+            // The fit takes nothing out of what comes 16 decay times after its start.
             let columns =
-                if fitted && k == 0 { taken_out(found, first, part.len(), span, step) } else { Vec::new() };
+                if fitted && k == 0 { taken_out(found, part.len(), span, step) } else { Vec::new() };
             runs.push((part.to_vec(), columns));
         }
     }
@@ -104,9 +105,9 @@ fn means(run: White<'_>, s: C64, shape: &[C64], span: usize) -> Vec<C64> {
 }
 
 /// What a fit takes out of the stretches, as columns: the mode, its slopes, and neighbours.
-fn taken_out(found: &Solution, first: f64, count: usize, span: usize, step: f64) -> Vec<Vec<C64>> {
+fn taken_out(found: &Solution, count: usize, span: usize, step: f64) -> Vec<Vec<C64>> {
     let mode = found.components[0];
-    let time = |j: usize| (first + j as f64 + 0.5) * span as f64 * step;
+    let time = |j: usize| (j as f64 + 0.5) * span as f64 * step;
     let column = |s: C64, power: i32| -> Vec<C64> {
         (0..count).map(|j| (s * time(j)).exp() * (time(j) * -mode.s.re).powi(power)).collect()
     };
@@ -131,9 +132,10 @@ fn taken_out(found: &Solution, first: f64, count: usize, span: usize, step: f64)
 fn ln_likelihood(z: &[C64], columns: &[Vec<C64>], power: f64, white: f64, u: f64) -> f64 {
     let keep = (-u).exp();
     let (own, next) = (2.0 * (u - 1.0 + keep) / (u * u), ((1.0 - keep) / u).powi(2));
-    let covariance = Matrix::from_fn(z.len(), z.len(), |i, j| match i.abs_diff(j) {
-        0 => power * own + white,
-        apart => power * next * keep.powi(apart as i32 - 1),
+    let of_power: Vec<f64> =
+        (0..z.len()).map(|k| if k == 0 { own } else { next * keep.powi(k as i32 - 1) }).collect();
+    let covariance = Matrix::from_fn(z.len(), z.len(), |i, j| {
+        power * of_power[i.abs_diff(j)] + if i == j { white } else { 0.0 }
     });
     let Ok(factor) = Cholesky::new(&covariance) else { return f64::NEG_INFINITY };
     let whiten = |v: &[C64]| -> Vec<C64> {

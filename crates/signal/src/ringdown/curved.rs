@@ -74,20 +74,19 @@ impl Pair<'_> {
     }
 }
 
-/// Puts the products of all columns of which one belongs to a curved component into the Gram matrices of the
-/// exponentials, of these and their derivatives, and of the derivatives, which hold zeros there. Adds to
-/// `slopes` what the samples see of the derivatives beside t times the exponentials; these follow that of the
-/// last component, as [`factors`] lists them.
+/// Puts the products of all columns of which one belongs to a curved component into three Gram matrices,
+/// which hold zeros there: of the exponentials, of these and their derivatives, and of the derivatives. Puts
+/// into `slopes` the sums of the samples times the derivatives that [`factors`] lists. In all of them the
+/// columns of these derivatives come last, component after component.
 pub(super) fn put(
     white: White<'_>,
-    components: &[Component],
     waves: &[Powers],
     factors: &[Vec<(usize, Vec<f64>)>],
     [flat, mixed, curved]: [&mut Matrix; 3],
     slopes: &mut Matrix,
 ) {
     let mut pairs: Vec<Pair<'_>> = Vec::new();
-    let mut beside = 2 * components.len();
+    let mut beside = 2 * waves.len();
     for (component, (wave, list)) in waves.iter().zip(factors).enumerate() {
         let mut add = |times, column| {
             pairs.push(Pair { component, wave, times, column, block: Default::default() });
@@ -100,9 +99,8 @@ pub(super) fn put(
         }
     }
     // Products are the same in either order.
-    let of_curved = |i: usize, j: usize| {
-        components[pairs[i].component].is_curved() || components[pairs[j].component].is_curved()
-    };
+    let of_curved =
+        |i: usize, j: usize| [i, j].iter().any(|&pair: &usize| !factors[pairs[pair].component].is_empty());
     let partners = |i: usize| (0..=i).map(move |j| (i, j));
     let both: Vec<(usize, usize)> =
         (0..pairs.len()).flat_map(partners).filter(|(i, j)| of_curved(*i, *j)).collect();

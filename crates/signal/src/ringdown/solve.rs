@@ -191,7 +191,7 @@ impl State {
         }
         if !beside.is_empty() {
             let grams = [&mut flat, &mut mixed, &mut curved];
-            curved::put(white, &components, &waves, &factors, grams, &mut slopes);
+            curved::put(white, &waves, &factors, grams, &mut slopes);
         }
         let linear = Cholesky::new(&flat)?.inverse();
         let projected = curved.plus(-1.0, &mixed.transpose().product(&linear.product(&mixed)));

@@ -57,27 +57,12 @@ pub(super) fn phasors(component: &Component, first: f64, rows: usize, step: f64)
 
 /// Sums of y e^{st} and of t y e^{st}, written to the two columns of component `k`.
 pub(super) fn project(white: White<'_>, phasors: &Powers, k: usize, data: &mut Matrix, slopes: &mut Matrix) {
-    let mut write = |m: usize, sums: [f64; 4]| {
-        for i in 0..2 {
-            data[(m, 2 * k + i)] = sums[i];
-            slopes[(m, 2 * k + i)] = sums[2 + i] * white.step;
-        }
-    };
-    let mut m = 0;
-    while m < white.channels {
-        let left = white.channels - m;
-        if left > HALF {
-            let sums = run(Sums::<LANES> { white, from: m, phasors });
-            for i in 0..left.min(LANES) {
-                write(m + i, sums.map(|sum| sum[i]));
-            }
-            m += LANES;
-        } else {
-            let sums = run(Sums::<HALF> { white, from: m, phasors });
-            for i in 0..left {
-                write(m + i, sums.map(|sum| sum[i]));
-            }
-            m += HALF;
+    for from in (0..white.channels).step_by(LANES) {
+        let few = white.channels - from <= HALF;
+        let of_channels = if few { Sums::<HALF>::of } else { Sums::<LANES>::of };
+        for (m, [a, b, ta, tb]) in (from..).zip(of_channels(white, from, phasors)) {
+            (data[(m, 2 * k)], data[(m, 2 * k + 1)]) = (a, b);
+            (slopes[(m, 2 * k)], slopes[(m, 2 * k + 1)]) = (ta * white.step, tb * white.step);
         }
     }
 }
@@ -93,6 +78,14 @@ struct Sums<'a, const N: usize> {
     white: White<'a>,
     from: usize,
     phasors: &'a Powers,
+}
+
+impl<const N: usize> Sums<'_, N> {
+    /// The four sums of each channel from number `from` on, `N` at most.
+    fn of(white: White<'_>, from: usize, phasors: &Powers) -> Vec<[f64; 4]> {
+        let sums = run(Sums::<N> { white, from, phasors });
+        (0..N.min(white.channels - from)).map(|i| sums.map(|sum| sum[i])).collect()
+    }
 }
 
 impl<const N: usize> NullaryFnOnce for Sums<'_, N> {

@@ -191,7 +191,7 @@ fn behaviour_every_fault_is_named() {
                 "a second mode that grows by itself" => 2,
                 // One is told as a decay that is too short.
                 "a limit cycle" if size > 1.0 => 1,
-                // Two have no mode beside it, and one a gain that drifts.
+                // Two are told as no signal, and one as a gain that drifts.
                 "a limit cycle" => 3,
                 "dropped samples" if size < 0.5 => 1,
                 _ => 0,

@@ -5,7 +5,7 @@ mod points;
 mod row;
 mod table;
 
-pub use points::{Campaign, Factor, Point};
+pub use points::{Campaign, Factor, Point, unit_behind};
 pub use row::SURROUNDINGS;
 pub(crate) use row::{COLDEST, RESERVED, si_text};
 

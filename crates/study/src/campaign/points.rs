@@ -45,10 +45,14 @@ impl Factor {
     /// Name, number and unit as the file has them: `x_g = 410 mm`.
     #[must_use]
     pub fn said(&self, value: f64) -> String {
-        let unit = self.shown.text();
-        let unit = if unit == "1" { String::new() } else { format!(" {unit}") };
-        format!("{} = {}{unit}", self.name, self.shown_of(value))
+        format!("{} = {}{}", self.name, self.shown_of(value), unit_behind(self.shown.text()))
     }
+}
+
+/// A unit as it stands behind a number: a space and the unit, or nothing for `1`.
+#[must_use]
+pub fn unit_behind(unit: &str) -> String {
+    if unit == "1" { String::new() } else { format!(" {unit}") }
 }
 
 /// To twelve digits: what a unit's factor leaves beyond them is rounding.

@@ -10,4 +10,4 @@ pub use candidate::{Candidate, Coefficient, Effect, Hears, MeanFlow, Spread};
 pub(crate) use parameters::{Parameters, check_name, parameters};
 pub use place::Place;
 pub(crate) use table::{Measured, SECOND};
-pub(crate) use words::{Words, words};
+pub(crate) use words::{Words, named_in, words};

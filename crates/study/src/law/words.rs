@@ -68,6 +68,11 @@ impl Words<'_> {
     }
 }
 
+/// Those of the definitions, each a name and its text, that a formula names.
+pub(crate) fn named_in(text: &str, definitions: &[(String, String)]) -> Vec<(String, String)> {
+    definitions.iter().filter(|(name, _)| words(text).any(|word| word == name)).cloned().collect()
+}
+
 /// The words of a formula that could be names.
 pub(crate) fn words(text: &str) -> impl Iterator<Item = &str> {
     let inside = |c: char| c.is_alphanumeric() || c == '_' || c == '.';

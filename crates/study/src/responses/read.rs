@@ -262,8 +262,7 @@ impl Study {
                 })?;
                 let here = |name: usize| self.rig.scope.names()[name].kind == Kind::Global;
                 let text = entry.factor.as_deref().unwrap_or("-1");
-                let mut own = self.rig.own_numbers(&at);
-                own.retain(|(name, _)| crate::law::words(text).any(|word| word == name));
+                let own = crate::law::named_in(text, &self.rig.own_numbers(&at));
                 let context =
                     Context { scope: &self.rig.scope, here: &here, parameters: &[], definitions: &own };
                 let factor = Formula::parse(text, &context)

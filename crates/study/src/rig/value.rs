@@ -80,9 +80,8 @@ impl Reader<'_> {
             Given::Law(text) => text,
         };
         let here = |name: usize| self.scope.names()[name].kind == Kind::Global;
-        let known = self.unknowns.iter().zip(medians).map(|(name, m)| (name.clone(), format!("({m:e})")));
-        let known: Vec<(String, String)> =
-            known.filter(|(name, _)| crate::law::words(&text).any(|w| w == name)).collect();
+        let medians = self.unknowns.iter().zip(medians).map(|(name, m)| (name.clone(), format!("({m:e})")));
+        let known = crate::law::named_in(&text, &medians.collect::<Vec<_>>());
         let read = |parameters: &[String], definitions: &[(String, String)]| {
             let context = Context { scope: self.scope, here: &here, parameters, definitions };
             let fail = |source| (self.at.clone(), StudyProblem::Formula { key: key.to_owned(), source });
@@ -141,11 +140,7 @@ impl Reader<'_> {
         let plain = self.without_dollars(text)?;
         let unknown = crate::law::words(&plain).any(|w| self.unknowns.iter().any(|u| u == w));
         let here = |name: usize| self.scope.names()[name].kind == Kind::Global;
-        let own: Vec<(String, String)> = crate::law::words(&plain)
-            .filter_map(|w| self.own.iter().find(|(bare, _)| bare == w).cloned())
-            .collect::<std::collections::BTreeSet<_>>()
-            .into_iter()
-            .collect();
+        let own = crate::law::named_in(&plain, self.own);
         let context = Context { scope: self.scope, here: &here, parameters: &[], definitions: &own };
         match Formula::parse(&plain, &context) {
             Ok(formula) if !unknown => {

@@ -6,8 +6,8 @@ use super::answer::{Answer, AnswerPanel, Layer, LayerLook};
 use super::axes::{axis_label, factor_column};
 use crate::SavedModel;
 use rijke_numerics::words::with_sd;
-use rijke_study::Study;
 use rijke_study::plan::{MapGrid, MapQuestion};
+use rijke_study::{Study, unit_behind};
 use std::collections::BTreeMap;
 
 /// Standard deviations of the band about the boundary, and of what is called certain.
@@ -184,8 +184,7 @@ impl Verdict {
         };
         let [value, sd] = node.largest(0.0);
         let shown = |k: usize| {
-            let unit = columns[k].shown_unit();
-            let unit = if unit == "1" { String::new() } else { format!(" {unit}") };
+            let unit = unit_behind(columns[k].shown_unit());
             let value = format!("{:.4}", columns[k].shown_of(node.at[k]));
             let value = value.trim_end_matches('0').trim_end_matches('.');
             format!("{} = {value}{unit}", columns[k].name)
@@ -219,8 +218,7 @@ fn beyond(points: &[FrameRow], values: &[Vec<f64>; 2], columns: &[FrameColumn]) 
         let trained = || points.iter().filter_map(|row| row.values[k]);
         let (low, high) = (trained().reduce(f64::min)?, trained().reduce(f64::max)?);
         let (first, last) = (values[k].first()?, values[k].last()?);
-        let unit = columns[k].shown_unit();
-        let unit = if unit == "1" { String::new() } else { format!(" {unit}") };
+        let unit = unit_behind(columns[k].shown_unit());
         let [from, to] = [low, high].map(|v| columns[k].shown_of(v));
         (*first < low || *last > high).then(|| format!("{} {from} to {to}{unit}", columns[k].name))
     };

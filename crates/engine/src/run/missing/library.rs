@@ -8,7 +8,7 @@ use rijke_network::Workspace;
 use rijke_numerics::{C64, InOrder};
 use rijke_rig::ModeRows;
 use rijke_study::names::{DENSITY, SOUND_SPEED};
-use rijke_study::{Campaign, PartAt, Place, Shape, hertz};
+use rijke_study::{Campaign, PartAt, Place, Shape, hertz, unit_behind};
 use std::collections::BTreeSet;
 
 /// A term of the library.
@@ -303,7 +303,7 @@ fn factors(campaign: &Campaign, observed: &[Observed], probed: &[Probed]) -> Vec
             left < VARIES * VARIES * square(&scaled, &scaled)
         };
         if largest > 0.0 && largest.is_finite() && !all.iter().any(|(_, other)| parallel(other)) {
-            let unit = if unit == "1" { String::new() } else { format!(" {unit}") };
+            let unit = unit_behind(&unit);
             // Four digits, as short as they can be written.
             let shown = format!("{largest:.3e}").parse().unwrap_or(largest);
             all.push((format!("{name}/({shown}{unit})"), scaled));

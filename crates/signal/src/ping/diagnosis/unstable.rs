@@ -4,6 +4,7 @@ use super::{ALIKE, BESIDE, SPAN, STEADY, Whole};
 use crate::error::Fault;
 use crate::ping::verdict::loudness;
 use crate::unstable::Unstable;
+use std::ops::RangeInclusive;
 
 /// Stretches in which a mode is seen to grow, by what factor in all, how clearly (slope of ln amplitude over
 /// its standard deviation), and up to what frequency one is sought, Hz.
@@ -36,18 +37,14 @@ impl Whole<'_> {
         let (rows, frequency_hz) = (self.white().rows(), self.loudest_hz);
         let last = rows.checked_sub(self.span)?;
         let (loudest, end) = (self.size(self.from, frequency_hz), self.size(last, frequency_hz));
-        let rows = (rows / 2..=last).step_by((self.span / 2).max(1));
-        let sizes: Vec<f64> = rows.map(|row| self.size(row, frequency_hz).ln()).collect();
-        if sizes.len() < GROWING || loudest - end > ALIKE * loudest {
+        if loudest - end > ALIKE * loudest {
             return None;
         }
-        let (slope, sd) = slope(&sizes);
-        let clear = slope > SURELY * sd && slope * (sizes.len() - 1) as f64 > GROWN.ln();
-        clear.then_some(Unstable::Grows { frequency_hz }.into())
+        self.growth(frequency_hz, rows / 2..=last).map(|_| Unstable::Grows { frequency_hz }.into())
     }
 
     /// The strongest tone beside the wanted mode at the end of the record, if it has grown since the loudest
-    /// stretch: ln of its amplitude against time, by least squares over stretches that overlap by half.
+    /// stretch.
     pub(super) fn growing(&self) -> Option<Fault> {
         let (white, span) = (self.white(), self.span);
         let last = white.rows().checked_sub(span)?;
@@ -59,15 +56,21 @@ impl Whole<'_> {
             .filter(beside)
             .map(|f| (self.size(last, f), f))
             .max_by(|a, b| a.0.total_cmp(&b.0))?;
-        let rows = (self.from + span..=last).step_by((span / 2).max(1));
-        let sizes: Vec<f64> = rows.map(|row| self.size(row, frequency_hz).ln()).collect();
+        let growth_rate = self.growth(frequency_hz, self.from + span..=last)?;
+        Some(Unstable::Another { frequency_hz, growth_rate }.into())
+    }
+
+    /// Growth rate of a tone, 1/s, if it clearly grows over the stretches that begin in these rows: ln of its
+    /// amplitude against time, by least squares over stretches that overlap by half.
+    fn growth(&self, frequency_hz: f64, rows: RangeInclusive<usize>) -> Option<f64> {
+        let step = (self.span / 2).max(1);
+        let sizes: Vec<f64> = rows.step_by(step).map(|row| self.size(row, frequency_hz).ln()).collect();
         if sizes.len() < GROWING {
             return None;
         }
         let (slope, sd) = slope(&sizes);
         let clear = slope > SURELY * sd && slope * (sizes.len() - 1) as f64 > GROWN.ln();
-        let growth_rate = slope * self.trace.rate_hz / (span / 2) as f64;
-        clear.then_some(Unstable::Another { frequency_hz, growth_rate }.into())
+        clear.then_some(slope * self.trace.rate_hz / step as f64)
     }
 
     /// Amplitude of a tone over all channels, in the stretch that begins at `row`.
