@@ -27,13 +27,15 @@ const ANSWERS: [&str; 3] = ["winner", "chosen", "holds"];
 
 /// The tolerance of a number that nobody set by hand. A parameter may move by a twentieth of its standard
 /// deviation, a logarithm of a likelihood, of all points together, by one nat, both without any consequence;
-/// a standard deviation by 1 %. Any other number may move by what another processor's arithmetic is worth
-/// after a long computation.
+/// a standard deviation by 1 %. The search for a maximum stops where the distance of a parameter from its
+/// prior, in standard deviations, and the misfit of a channel are known to some millionths. Any other number
+/// may move by what another processor's arithmetic is worth after a long computation.
 fn usual_tolerance(name: &str, value: f64, sd: Option<f64>) -> f64 {
     match (name, sd) {
         ("value" | "mean", Some(sd)) if sd > 0.0 => 0.05 * sd,
         ("ln_best_fit" | "ln_occam" | "ln_marginal", _) => 1.0,
         (name, _) if name == "sd" || name.ends_with("_sd") => 0.01 * value.abs(),
+        ("prior_sds" | "misfit", _) => 1e-4f64.mul_add(value.abs(), 1e-5),
         _ => 1e-4f64.mul_add(value.abs(), 1e-8),
     }
 }
@@ -120,8 +122,10 @@ fn leaves(file: &Value) -> Kept {
 fn collect(value: &Value, pointer: &str, kept: &mut Kept) {
     match value {
         Value::Array(items) => {
+            // A number of a list goes by the name of the list; an answer is never one of many.
+            let list = if items.iter().all(Value::is_number) { pointer.rsplit('/').next() } else { None };
             for (i, item) in items.iter().enumerate() {
-                keep(item, &format!("{pointer}/{i}"), "", None, kept);
+                keep(item, &format!("{pointer}/{i}"), list.unwrap_or_default(), None, kept);
             }
         }
         Value::Object(fields) => {
@@ -194,6 +198,11 @@ mod tests {
         fs::write(&path, kept.to_string()).unwrap();
         accept(&numbers, &reference).unwrap();
         assert_eq!(read_json(&path).unwrap()["/tau"]["tolerance"], 0.25);
+        // Where the search stopped is nothing.
+        let fits = leaves(&json!({ "misfit": [6e-8], "prior_sds": 0.01, "rates": [6e-8] }));
+        let moved = |at: &str, now: f64| difference(at, &fits[at], Some(&json!({ "value": now }))).is_some();
+        assert!(!moved("/misfit/0", 1e-7) && !moved("/prior_sds", 0.010_001) && moved("/rates/0", 1e-7));
+        assert!(moved("/misfit/0", 1e-4) && moved("/prior_sds", 0.0101));
         fs::remove_dir_all(folder).unwrap();
     }
 }
