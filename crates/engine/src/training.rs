@@ -179,7 +179,8 @@ pub fn train(
         let sds = vec![1.0; columns.len()];
         let told = Learned::of(&linear.0, names, &columns, &sds, of_parameters);
         let told = OfSeveral { learned: told, columns, whole };
-        let trained = Trained { learned, told, common: Some(for_predictions), ..trained };
+        let warnings = common.explained(trained.warnings);
+        let trained = Trained { learned, told, warnings, common: Some(for_predictions), ..trained };
         let causes = common.learned(&training.causes, own, &trained.gaussian());
         Ok::<_, EngineError>(Trained { causes, ..trained })
     };

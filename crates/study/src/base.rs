@@ -3,6 +3,7 @@
 use crate::rig::{Duct, DuctAt, GasModel, Rig, RigAtPoint, Shape};
 use crate::{Point, StudyProblem};
 use rijke_rig::GasState;
+use std::fmt;
 
 /// Temperature along the ducts, mass flow, numbers that laws may name, and independent causes of error.
 #[derive(Clone, Debug, PartialEq)]
@@ -61,7 +62,7 @@ const HOTTEST: f64 = 1e4;
 pub enum Cause {
     /// The ambient temperature, as read at one point or on one day.
     Ambient(Sharing),
-    /// A reading of the state at a place, numbered.
+    /// The readings at a place, numbered from 1 on from upstream, or what all places read too much (0).
     Reading(usize, Sharing),
     /// The temperature that the file of the rig gives a part, at all points.
     Part(String),
@@ -110,6 +111,38 @@ impl Cause {
     #[must_use]
     pub fn is_of_many(&self) -> bool {
         matches!(self, Self::Drift)
+    }
+}
+
+/// What is said of it.
+impl fmt::Display for Cause {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Factor { name, installation, level } => write!(f, "{name} {level} ({installation})"),
+            Self::Ambient(sharing) => write!(f, "T_amb{sharing}"),
+            Self::Part(part) => write!(f, "the temperature of {part}"),
+            Self::Reading(0, sharing) => write!(f, "the offset of all thermometers{sharing}"),
+            Self::Reading(number, sharing) => write!(f, "thermometer {number} from upstream{sharing}"),
+            Self::Flow(sharing) => write!(f, "the mass flow{sharing}"),
+            Self::Drift => f.write_str("the drift that all decays have in common"),
+            Self::Inferred(name) => f.write_str(name),
+            Self::Law { role, part, level } => {
+                let part = if *part == 0 { "real" } else { "imaginary" };
+                write!(f, "the law of {role}, {part} part ({level})")
+            }
+        }
+    }
+}
+
+/// Behind what they share, in brackets.
+impl fmt::Display for Sharing {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Point(id) => write!(f, " ({id})"),
+            Self::Installation(id) => write!(f, " (installation {id})"),
+            Self::Day(day) => write!(f, " (day {day})"),
+            Self::All => Ok(()),
+        }
     }
 }
 

@@ -207,11 +207,13 @@ fn candidate(spec: Spec, rig: &Rig, source: &Source, doubts: &mut Vec<String>) -
     // The order of the file, so that a definition may use those before it.
     let mut definitions: Vec<_> = spec.definitions.into_iter().collect();
     let folder = Path::new(&source.file).parent().unwrap_or(Path::new(""));
+    let mut stated: Option<f64> = None;
     for (name, table) in spec.tables {
         let (at, TableSpec { table, tolerance, of }) = (table.span(), table.into_inner());
         let argument = format!("({of})*{SECOND}");
         let measured = Measured::read(&table, tolerance.as_ref(), &argument, folder)
             .map_err(|problem| (at.clone(), problem))?;
+        stated = measured.stated.into_iter().chain(stated).reduce(f64::max);
         let beyond = measured.beyond(rig.search[1]).filter(|_| of == "s");
         let line = source.line(at.start);
         let said = measured.doubt.iter().chain(&beyond);
@@ -259,6 +261,7 @@ fn candidate(spec: Spec, rig: &Rig, source: &Source, doubts: &mut Vec<String>) -
         parameters: parameters.into_iter().map(|(p, _)| p).collect(),
         effects,
         errors,
+        tolerance: stated,
     })
 }
 

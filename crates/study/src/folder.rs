@@ -78,8 +78,8 @@ impl Study {
     }
 
     /// What is declared and has no effect, each in a sentence with its file: candidates that are part of no
-    /// model because no stage and no question names their role, which may be misspelt, and noise of
-    /// installations where no errors are shared.
+    /// model because no stage and no question names their role, which may be misspelt; noise of installations
+    /// where no errors are shared; parts on which no law acts where they are; and errors of tables.
     #[must_use]
     pub fn unused(&self) -> Vec<String> {
         let (named, unused) = self.plan.unused(&self.catalogue);
@@ -100,7 +100,9 @@ impl Study {
                 s.id
             )
         });
-        unused.into_iter().map(said).chain(idle).collect()
+        let lawless = self.plan.lawless(&self.rig, &self.campaign, &self.catalogue);
+        let tolerated = self.plan.tolerated(&self.catalogue);
+        unused.into_iter().map(said).chain(idle).chain(lawless).chain(tolerated).collect()
     }
 
     /// What was observed: `observations/modes.csv`, or `pings.csv` as signal processing writes it. A study

@@ -38,6 +38,11 @@ type Along = (usize, Vec<f64>);
 /// left out.
 const NEGLIGIBLE: f64 = 0.01;
 
+/// A direction is called after its largest causes that together make this share of it, but no more than so
+/// many.
+const MOST: f64 = 0.8;
+const NAMED: usize = 3;
+
 impl Common {
     /// The directions of the `errors` that installations share, and what is left of the errors.
     ///
@@ -200,6 +205,34 @@ impl Common {
         let shares = Matrix::from_fn(all.len(), columns, |j, k| all[j].1[k]);
         let causes = all.iter().map(|(cause, _)| cause.clone()).collect();
         Self { causes, known: 0, shares, slopes: Matrix::default() }
+    }
+
+    /// Warnings of inference, which knows a direction by its number: with the causes that make most of it.
+    pub(crate) fn explained(&self, warnings: Vec<String>) -> Vec<String> {
+        let explain = |text: String| {
+            let directions = 0..self.shares.columns();
+            let of = |k: usize| text.strip_prefix(&format!("{} = ", name(k)))?.split_once(" lies ");
+            let found = directions.clone().find_map(|k| Some((k, of(k)?.1)));
+            found.map_or(text.clone(), |(k, rest)| {
+                format!("the error of the base states by {} lies {rest}", self.most_of(k))
+            })
+        };
+        warnings.into_iter().map(explain).collect()
+    }
+
+    /// The causes that make most of a direction, the largest first.
+    fn most_of(&self, direction: usize) -> String {
+        let mut shares: Vec<(f64, &Cause)> =
+            self.causes.iter().enumerate().map(|(j, c)| (self.shares[(j, direction)].powi(2), c)).collect();
+        shares.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let all: f64 = shares.iter().map(|(share, _)| share).sum();
+        let mut sum = 0.0;
+        let most = shares.iter().take(NAMED).take_while(|(share, _)| {
+            let more = sum < MOST * all;
+            sum += share;
+            more
+        });
+        most.map(|(_, cause)| cause.to_string()).collect::<Vec<_>>().join(", ")
     }
 
     pub(crate) fn has(&self, cause: &Cause) -> bool {

@@ -12,7 +12,7 @@ use crate::run::{conditions_at, conditions_of};
 use crate::{Conditions, EngineError};
 use rijke_inference::{Parameter, Prior};
 use rijke_numerics::{C64, Jet};
-use rijke_study::{Cause, Sharing, Study};
+use rijke_study::{Cause, Study};
 use std::collections::BTreeSet;
 
 /// The errors of a stage.
@@ -129,22 +129,7 @@ pub(super) fn moved(
     Ok(Conditions { base: conditions.base.displaced(&along), ..conditions })
 }
 
-/// What is said of a cause of error.
+/// What the parameter of a cause of error is called.
 fn called(cause: &Cause) -> String {
-    let shared = |sharing: &Sharing| match sharing {
-        Sharing::Point(id) => format!(" ({id})"),
-        Sharing::Installation(id) => format!(" (installation {id})"),
-        Sharing::Day(day) => format!(" (day {day})"),
-        Sharing::All => String::new(),
-    };
-    match cause {
-        Cause::Factor { name, installation, level } => format!("error of {name} {level} ({installation})"),
-        Cause::Ambient(sharing) => format!("error of T_amb{}", shared(sharing)),
-        Cause::Part(part) => format!("error of the temperature of {part}"),
-        Cause::Reading(place, sharing) => format!("error of reading {place}{}", shared(sharing)),
-        Cause::Flow(sharing) => format!("error of the mass flow{}", shared(sharing)),
-        Cause::Drift => "drift that all decays have in common".to_owned(),
-        Cause::Inferred(name) => format!("error of {name}"),
-        Cause::Law { role, part, level } => format!("error of the law of {role}, part {part} ({level})"),
-    }
+    format!("error of {cause}")
 }

@@ -52,7 +52,8 @@ pub fn beyond(study: &Study, model: &SavedModel, places: &[usize], axes: &[usize
         let all = points.filter_map(|(_, point)| of(point)).filter(|v| v.is_finite());
         all.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| [low.min(v), high.max(v)])
     };
-    let brought = |k: usize| study.rig.parts.iter().find(|p| p.present == Some(k)).map(|p| p.name.clone());
+    let rig = &study.rig;
+    let brought = |k: usize| rig.parts.iter().find(|p| rig.presence(p) == Some(k)).map(|p| p.name.clone());
     let ambient = |point: &Point| point.ambient.map(|[value, _]| value);
     let far = |place: &usize| {
         let point = &campaign.points[*place];

@@ -14,7 +14,7 @@ const MANY: f64 = 10.0;
 
 /// Residuals of few points, in those of all others together, that are said; smaller ones of two points are
 /// said that would fit if they were exchanged, to so many of the others' residuals.
-const ALONE: f64 = 8.0;
+const ALONE: f64 = 6.0;
 const EXCHANGED: [f64; 2] = [4.0, 2.5];
 /// Few points are one of so many, at least one and at most four.
 const FEW: usize = 6;
@@ -107,7 +107,12 @@ fn outlying<'a>(there: &[Held<'a>], sd: f64) -> Option<Outlying<'a>> {
         let far = least > ALONE || (exchanged && least > EXCHANGED[0]);
         far.then(|| Outlying { points: points.to_vec(), others, exchanged })
     };
-    (1..=(there.len() / FEW).clamp(1, 4)).find_map(of)
+    (1..=few(there.len())).find_map(of)
+}
+
+/// How many of so many points are few.
+pub(super) fn few(points: usize) -> usize {
+    (points / FEW).clamp(1, 4)
 }
 
 impl Outlying<'_> {

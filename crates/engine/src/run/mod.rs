@@ -36,6 +36,7 @@ mod recognised;
 mod record;
 mod rows;
 mod search;
+mod shapes;
 mod signs;
 mod sliders;
 mod so_far;

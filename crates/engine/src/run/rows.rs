@@ -6,13 +6,15 @@ use super::doubts::{doubts, feeding};
 use super::matching::check_modes;
 use super::maxima::of_all;
 use super::record::{EvidenceRecord, ModelRecord, misfit, parameters};
+use super::shapes::{Shape, outlying};
 use crate::noise::{Noise, floats, measured_sd};
 use crate::observed::Used;
 use crate::rows::{Choice, Row};
 use crate::{EngineError, Misfit, NamedGaussian, Observed, PointModel, Training, train};
 use rijke_inference::{AssessOptions, MapOptions, Parameter, TrustRegion};
 use rijke_network::Workspace;
-use rijke_numerics::{Order, Streams};
+use rijke_numerics::{C64, Order, Streams};
+use rijke_rig::ModeRows;
 use rijke_study::Effect;
 use rijke_study::plan::Stage;
 use std::sync::Arc;
@@ -110,8 +112,11 @@ impl Run {
         });
         let said: Vec<String> =
             trained.sampler.iter().map(ToString::to_string).chain(feeding(reflections)).collect();
-        let fitted = self.fitted(stage, &found, &record.predicted);
+        let (fitted, shapes) = self.fitted(stage, &found, &record.predicted);
         let mut doubts = doubts(&found.observed, &fitted, record.misfit, floats(&trained.noise));
+        let microphones = &self.rig.microphones;
+        doubts.extend(outlying(&shapes, microphones.reference, &microphones.names));
+        drop(shapes);
         // Not in the first pass of a course whose evidence is checked further.
         if trusted != Trusted::Laplace || self.trusted == Trusted::Laplace {
             doubts.extend(self.turned(stage, row, &found)?);
@@ -128,18 +133,35 @@ impl Run {
     }
 
     /// What a model says of growth rates and frequencies, with the errors that training found beside its
-    /// parameters; as `predicted` where a number was not measured.
-    fn fitted(&self, stage: &Stage, found: &Chosen, predicted: &[[f64; 2]]) -> Vec<[f64; 2]> {
+    /// parameters, as `predicted` where a number was not measured; and of mode shapes.
+    fn fitted<'a>(
+        &self,
+        stage: &Stage,
+        found: &'a Chosen,
+        predicted: &[[f64; 2]],
+    ) -> (Vec<[f64; 2]>, Vec<Shape<'a>>) {
         let (microphones, reference) = (self.microphones(stage), self.rig.microphones.reference);
         let used: Vec<Used> = found.observed.iter().map(|o| o.used(&microphones, reference)).collect();
         let mut fitted = predicted.to_vec();
+        let mut left: Vec<Vec<f64>> = used.iter().map(|u| vec![0.0; u.size()]).collect();
         for ((k, row), residual) in found.rows(&used).into_iter().zip(&found.trained.linear.0.residuals) {
             let mode = &found.observed[k].mode;
+            left[k][row] = *residual;
             if let Some(Some(measured)) = [mode.growth_rate, mode.angular_frequency].get(row) {
                 fitted[k][row] = measured - residual;
             }
         }
-        fitted
+        let shape = |((used, left), o): ((&Used, &Vec<f64>), &'a Observed)| {
+            let heard = used.others.iter().zip(&used.pressures).enumerate().map(|(k, (m, z))| {
+                let row = ModeRows::pressure(k);
+                let place = used.rows.iter().position(|r| *r == row).unwrap_or_default();
+                let sd = (used.covariance[(place, place)] + used.covariance[(place + 1, place + 1)]).sqrt();
+                (*m, *z, C64::new(left[row], left[row + 1]), sd)
+            });
+            Shape { id: &o.conditions.id, mode: &o.mode.label, heard: heard.collect() }
+        };
+        let shapes = used.iter().zip(&left).zip(found.observed.iter()).map(shape).collect();
+        (fitted, shapes)
     }
 
     /// The microphones that a stage uses.

@@ -33,22 +33,30 @@ pub struct HeatedFit {
     /// How much all thermometers read more than T_amb where nothing heats, K, and the standard deviation of
     /// that but for what they have in common; none without such readings.
     pub offset: Option<[f64; 2]>,
+    /// The one reading that lies far from the model when all others do not, in words.
+    alone: Option<String>,
 }
 
 /// Standard deviations from which readings and heat, or readings and priors, contradict each other.
 const CONFLICT: f64 = 4.0;
 
+/// One reading lies far from the model by itself if it lies this many times as far as the others, root mean
+/// square, and as its stated error; at a place with so many readings.
+const ALONE: f64 = 6.0;
+const READ: usize = 5;
+
 impl HeatedFit {
     /// `against` is how much a reading lies above the model, K, and the standard deviation of its ambient
     /// temperature; none where there is no model. Readings of one place are weighted by their stated errors;
-    /// those of the ambient temperature are shared.
-    pub(super) fn new(
+    /// those of the ambient temperature are shared. `id` names an operating point.
+    pub(super) fn new<'a>(
         found: &Found,
         prior: [[f64; 2]; 2],
         readings: &[GasReading],
         against: impl Fn(&GasReading) -> Option<[f64; 2]>,
         cold: impl Fn(&GasReading) -> bool,
         [offset_sd, varies]: [f64; 2],
+        id: impl Fn(usize) -> &'a str,
     ) -> Self {
         let mean = |which: &dyn Fn(&GasReading) -> bool| {
             let (mut weights, mut sum, mut ambient) = (0.0, 0.0, 0.0_f64);
@@ -83,7 +91,28 @@ impl HeatedFit {
             [value, found.covariance.quadratic(&slopes).sqrt()]
         });
         let varies = found.values[2..].iter().fold(0.0_f64, |most, z| most.max(z.abs()));
-        Self { share, cooling, near, varies, scatter, scatter_within, prior, thermometers, common, offset }
+        let alone = alone(readings, against).map(|(r, off, times)| {
+            let (more, point) = (if off > 0.0 { "more" } else { "less" }, id(r.point));
+            format!(
+                "the reading at {} m of {point} alone is {:.1} K {more} than the heated gas of this study, beside what that thermometer reads at other \
+                 points, {times:.0} times what the others differ by: check it",
+                r.at,
+                off.abs()
+            )
+        });
+        Self {
+            share,
+            cooling,
+            near,
+            varies,
+            scatter,
+            scatter_within,
+            prior,
+            thermometers,
+            common,
+            offset,
+            alone,
+        }
     }
 
     /// What does not fit, in words.
@@ -142,8 +171,33 @@ impl HeatedFit {
                 ));
             }
         }
+        all.extend(self.alone.clone());
         all
     }
+}
+
+/// The reading that lies far from the model by itself, how far beside the median of its place, K, and how
+/// many times as far as the others.
+fn alone(
+    readings: &[GasReading],
+    against: impl Fn(&GasReading) -> Option<[f64; 2]>,
+) -> Option<(&GasReading, f64, f64)> {
+    let mut all: Vec<(&GasReading, f64, f64)> = Vec::new();
+    for at in places(readings) {
+        let there = readings.iter().filter(|r| r.at == at);
+        let there: Vec<_> = there.filter_map(|r| Some((r, against(r)?))).collect();
+        let mut offs: Vec<f64> = there.iter().map(|(_, [off, _])| *off).collect();
+        if offs.len() < READ {
+            continue;
+        }
+        offs.sort_by(f64::total_cmp);
+        let median = 0.5 * (offs[(offs.len() - 1) / 2] + offs[offs.len() / 2]);
+        all.extend(there.iter().map(|(r, [off, sd])| (*r, off - median, (off - median) / r.sd.hypot(*sd))));
+    }
+    let (farthest, off, sds) = *all.iter().max_by(|a, b| a.2.abs().total_cmp(&b.2.abs()))?;
+    let squares: f64 = all.iter().map(|(_, _, sds)| sds * sds).sum::<f64>() - sds * sds;
+    let times = sds.abs() / (squares / (all.len() - 1) as f64).sqrt().max(1.0);
+    (times > ALONE).then_some((farthest, off, times))
 }
 
 #[cfg(test)]
@@ -168,7 +222,7 @@ mod tests {
                 within: [0.0, 0.02],
                 offset: [0.0; 2],
             };
-            HeatedFit::new(&found, prior, &readings, against, |_| false, [0.0; 2]).warnings()
+            HeatedFit::new(&found, prior, &readings, against, |_| false, [0.0; 2], |_| "h").warnings()
         };
         assert_eq!(warnings([0.85, 0.02], 0.4), Vec::<String>::new());
         // 8 K of sqrt(0.5^2/2 + 0.2^2) K.
@@ -181,5 +235,24 @@ mod tests {
         // 0.4 is only 3.4 deviations of the prior from 0.9, which has drawn it away from 0.3.
         let said = warnings([0.39, 0.08], 0.4);
         assert!(said.len() == 1 && said[0].contains("gets of 0.187 where 0.9 +- 0.15"), "{said:?}");
+    }
+
+    #[test]
+    fn behaviour_one_reading_that_lies_far_off_by_itself_is_found() {
+        let readings: Vec<GasReading> = (0..12)
+            .map(|k| GasReading { point: k / 2, at: [0.4, 0.7][k % 2], temperature: 350.0, sd: 0.5 })
+            .collect();
+        // Every thermometer has an offset of its own, and readings differ by some tenths of a kelvin.
+        let small = |r: &GasReading| [0.3, -0.2, 0.1, -0.4, 0.2, 0.0][r.point] + 2.0 * r.at;
+        let with = |off: f64| {
+            let readings = &readings;
+            let far = move |r: &GasReading| if r.point == 3 && r.at == 0.7 { off } else { 0.0 };
+            alone(readings, move |r| Some([small(r) + far(r), 0.2])).map(|(r, off, _)| (r.point, r.at, off))
+        };
+        let (point, at, off) = with(15.0).unwrap();
+        assert!((point, at) == (3, 0.7) && (off - 14.5).abs() < 0.2, "{off}");
+        assert_eq!(with(1.0), None);
+        // Where all readings of a point are off, none of them is alone.
+        assert!(alone(&readings, |r| Some([if r.point < 3 { 15.0 } else { 0.0 }, 0.2])).is_none());
     }
 }

@@ -24,7 +24,7 @@ pub use gas::GasReading;
 pub use profile::measured_states;
 
 use crate::Point;
-use crate::base::{BaseError, Cause, PointState, STEP, Sharing};
+use crate::base::{BaseError, Cause, PointState, STEP};
 use crate::campaign::{COLDEST, Campaign};
 use crate::names::LENGTH;
 use crate::plan::HeatedFlow;
@@ -255,7 +255,8 @@ pub fn heated_states(
         Some([r.temperature - heated.temperature(r.at, values).0, heated.ambient[1]])
     };
     let cold = |r: &GasReading| all.get(r.point).and_then(Option::as_ref).is_some_and(|h| h.rise == 0.0);
-    Ok((states, HeatedFit::new(&found, prior, readings, against, cold, [offset_sd, plan.cooling_varies])))
+    let (sds, id) = ([offset_sd, plan.cooling_varies], |p: usize| campaign.points[p].id.as_str());
+    Ok((states, HeatedFit::new(&found, prior, readings, against, cold, sds, id)))
 }
 
 /// Root mean square of the stated errors of readings, K: what calibration makes of it is common to many.
@@ -318,13 +319,16 @@ fn state(
     for error in &mut state.errors {
         error.temperature = vec![heated.ambient[1]; nodes.len()];
     }
-    let error = |cause, temperature| BaseError { cause, mass_flow: 0.0, numbers: Vec::new(), temperature };
+    let error = |of: &str, temperature| {
+        let cause = Cause::Inferred(format!("the temperature behind heat ({of})"));
+        BaseError { cause, mass_flow: 0.0, numbers: Vec::new(), temperature }
+    };
     for (k, direction) in shared.iter().enumerate() {
         let along = |slopes: &[f64; VALUES]| slopes.iter().zip(direction).map(|(t, d)| t * d).sum();
         let change = nodes.iter().map(|t| along(&t.1)).collect();
-        state.errors.push(error(Cause::Reading(k, Sharing::All), change));
+        state.errors.push(error(&format!("all points, direction {}", k + 1), change));
     }
     let change = nodes.iter().map(|t| scatter * (t.0 - heated.ambient[0])).collect();
-    state.errors.push(error(Cause::Reading(shared.len(), Sharing::Point(point.to_owned())), change));
+    state.errors.push(error(point, change));
     state
 }

@@ -29,6 +29,8 @@ pub struct Candidate {
     pub errors: Vec<ErrorTerm>,
     /// The mean flow of which its waves are; none for waves of a gas at rest.
     pub mean_flow: Option<MeanFlow>,
+    /// The largest stated error of its measured tables, over their largest gains; none without any.
+    pub tolerance: Option<f64>,
 }
 
 /// Waves in a gas that flows: convection, and the balances of mass, momentum and energy across every jump of

@@ -24,6 +24,8 @@ pub(crate) struct Measured {
     pub(crate) band: [f64; 2],
     /// What is doubtful about it.
     pub(crate) doubt: Option<String>,
+    /// The stated error of the measurement, over the largest gain; none if nothing is stated.
+    pub(crate) stated: Option<f64>,
 }
 
 impl Measured {
@@ -55,15 +57,15 @@ impl Measured {
             Toml::String(name) => from_file(&folder.join(name))?,
             other => return Err(wrong(other.to_string())),
         };
-        let tolerance = match tolerance {
-            None => TOLERANCE,
-            Some(value) => number(value).ok_or_else(|| StudyProblem::Value {
+        let stated = |value: &Toml| {
+            number(value).ok_or_else(|| StudyProblem::Value {
                 key: "tolerance".into(),
                 value: value.to_string(),
                 need: "a number: the deviation that is allowed, over the largest gain",
-            })?,
+            })
         };
-        let table = Table::fit(&rows, tolerance)
+        let stated = tolerance.map(stated).transpose()?;
+        let table = Table::fit(&rows, stated.unwrap_or(TOLERANCE))
             .map_err(|source| StudyProblem::Table { key: key.clone(), source })?;
         if table.terms.len() > 2 * MOST_PAIRS {
             let need =
@@ -75,7 +77,7 @@ impl Measured {
             });
         }
         let band = [rows[0].frequency, rows[rows.len() - 1].frequency];
-        Ok(Self { text: text(&table, of), band, doubt: doubt(&rows).map(said) })
+        Ok(Self { text: text(&table, of), band, doubt: doubt(&rows).map(said), stated })
     }
 
     /// The warning that a search goes beyond the table, if it does.
@@ -92,13 +94,22 @@ fn number(value: &Toml) -> Option<f64> {
     value.as_float().or_else(|| value.as_integer().map(|i| i as f64))
 }
 
+/// The heading of gains in decibels, 20 log10 of the gain.
+const LEVEL: &str = "gain [dB]";
+
 fn from_file(path: &Path) -> Result<Vec<TableRow>, StudyProblem> {
     let columns = Columns::read(path).map_err(|error| StudyProblem::Csv(error.to_string()))?;
     let column = |name: &str, unit: &str| {
         columns.numbers(name, unit).map_err(|error| StudyProblem::Csv(error.to_string()))
     };
-    let (frequency, gain, phase) =
-        (column("frequency", "Hz")?, column("gain", "1")?, column("phase", "rad")?);
+    let level = |db: f64| 10_f64.powf(db / 20.0);
+    let has = |heading: &str| columns.headings().iter().any(|h| h == heading);
+    let gain = match (has(LEVEL), has("gain")) {
+        (true, true) => return Err(StudyProblem::Duplicate { what: "column", name: "gain".into() }),
+        (true, false) => column(LEVEL, "1")?.into_iter().map(level).collect(),
+        _ => column("gain", "1")?,
+    };
+    let (frequency, phase) = (column("frequency", "Hz")?, column("phase", "rad")?);
     Ok(frequency
         .into_iter()
         .zip(gain.into_iter().zip(phase))
@@ -141,4 +152,27 @@ fn text(table: &Table, of: &str) -> String {
         }
     }
     if table.delay == 0.0 { format!("({sum})") } else { format!("({sum})*exp(-{s}*({:e}))", table.delay) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::from_file;
+
+    #[test]
+    fn exact_gains_in_decibels_are_those_as_numbers() {
+        let folder = std::env::temp_dir().join(format!("rijke-table-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        let read = |text: &str| {
+            let path = folder.join("flame.csv");
+            std::fs::write(&path, text).unwrap();
+            from_file(&path).map(|rows| rows.iter().map(|r| r.gain).collect::<Vec<_>>())
+        };
+        let plain = read("frequency [Hz],gain,phase [rad]\n50,1,0\n100,2,-1\n").unwrap();
+        let level =
+            read("frequency [Hz],gain [dB],phase [deg]\n50,0,0\n100,6.020599913279624,-57\n").unwrap();
+        assert!(plain.iter().zip(&level).all(|(a, b)| (a - b).abs() < 1e-12), "{plain:?} {level:?}");
+        assert!(read("frequency [Hz],gain,gain [dB],phase [rad]\n50,1,0,0\n").is_err());
+        assert!(read("frequency [Hz],gain [Pa],phase [rad]\n50,1,0\n").is_err());
+        std::fs::remove_dir_all(folder).unwrap();
+    }
 }

@@ -16,7 +16,7 @@ pub struct Part {
     pub shape: Shape,
     /// Its numbers: place in the scope, and value.
     pub numbers: Vec<(usize, Value)>,
-    /// The factor that says whether it is there; always if none.
+    /// The place in the scope of the factor that says whether it is there; always if none.
     pub present: Option<usize>,
     /// Standard deviation of relative pressures within one radius of the duct of it, where the wave is no
     /// plane one; none if its near field is not felt.

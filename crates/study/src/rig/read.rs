@@ -228,6 +228,7 @@ pub(super) fn rig(file: File, campaign: &Campaign, source: &Source) -> Outcome<R
         parameters: unknowns.into_iter().map(|(p, _)| p).collect(),
         effects,
         errors: Vec::new(),
+        tolerance: None,
     };
     Ok(Rig {
         name: file.name,

@@ -61,6 +61,13 @@ impl Rig {
         self.parts.iter().enumerate().find(|(_, p)| p.name == name)
     }
 
+    /// The factor of the campaign, by its column, that says whether a part is there; none for one that always
+    /// is.
+    #[must_use]
+    pub fn presence(&self, part: &Part) -> Option<usize> {
+        self.factors.iter().position(|place| Some(*place) == part.present)
+    }
+
     /// Whether a length, an area, or the place of a part or a microphone is unknown.
     #[must_use]
     pub fn is_of_unknown_shape(&self) -> bool {

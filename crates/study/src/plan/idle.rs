@@ -1,0 +1,89 @@
+//! What is stated and does nothing: parts without a law, errors of tables.
+
+use super::{Plan, Stage};
+use crate::{Campaign, Candidate, Catalogue, Rig, rig::Shape};
+use rijke_numerics::words::counted;
+use std::collections::BTreeSet;
+
+impl Plan {
+    /// The parts that a factor puts into the rig at points of a stage in which no law acts on them, each in a
+    /// sentence.
+    pub(crate) fn lawless(&self, rig: &Rig, campaign: &Campaign, catalogue: &Catalogue) -> Vec<String> {
+        let mut said = Vec::new();
+        for stage in &self.stages {
+            let roles = self.roles_of(stage, catalogue);
+            let laws = catalogue.candidates().iter().filter(|c| roles.contains(&*c.role));
+            let effects = laws.chain([&rig.own]).flat_map(|c| &c.effects);
+            let moved: BTreeSet<usize> = effects.filter_map(|e| e.place.part()).collect();
+            let idle = rig.parts.iter().enumerate().filter(|(k, part)| {
+                matches!(part.shape, Shape::Device(_) | Shape::Insert(..)) && !moved.contains(k)
+            });
+            for (part, factor) in idle.filter_map(|(_, part)| Some((part, rig.presence(part)?))) {
+                let there = campaign.points.iter().filter(|p| stage.points.holds(campaign, p));
+                let count = there.filter(|p| p.factors[factor] > 0.0).count();
+                if count > 0 {
+                    said.push(format!(
+                        "study.toml: `{}` is in the rig at {} of stage `{}` (`{}` is not 0), and no candidate of that stage acts on it: there \
+                         it counts as absent; name a role of its candidates, or leave these points out",
+                        part.name,
+                        counted(count, "point"),
+                        stage.id,
+                        campaign.factors[factor].name
+                    ));
+                }
+            }
+        }
+        said
+    }
+
+    /// The tables whose stated error is in no noise of a stage that weighs them, each in a sentence.
+    pub(crate) fn tolerated(&self, catalogue: &Catalogue) -> Vec<String> {
+        let mut said = Vec::new();
+        for stage in &self.stages {
+            let counts = |role: &String| stage.noise.law.as_ref().is_some_and(|law| law.role == *role);
+            let named = |c: &Candidate| {
+                let listed = stage.among.is_empty() || stage.among.contains(&c.id);
+                (stage.compete.contains(&c.role) && listed)
+                    || stage.with.get(&c.role) == Some(&c.id)
+                    || stage.rows.iter().flatten().any(|id| *id == c.id)
+            };
+            for c in catalogue.candidates().iter().filter(|c| named(c) && !counts(&c.role)) {
+                said.extend(c.tolerance.map(|tolerance| {
+                    // A tolerance is twice the error.
+                    format!(
+                        "study.toml: the table of `{}` may be off by {tolerance} of its largest gain, as its `tolerance` says, and stage `{}` takes it \
+                         for exact: for an error of the law write law = {{ role = \"{}\", sd = {}, over = \"FACTOR\" }} in [stage.noise], with \
+                         base_errors = true",
+                        c.id,
+                        stage.id,
+                        c.role,
+                        0.5 * tolerance
+                    )
+                }));
+            }
+        }
+        said
+    }
+
+    /// The roles of the candidates that are part of a model of a stage.
+    fn roles_of<'a>(&'a self, stage: &'a Stage, catalogue: &'a Catalogue) -> BTreeSet<&'a str> {
+        let mut roles = BTreeSet::new();
+        for id in &stage.on {
+            match self.stage(id) {
+                Some((_, other)) => roles.extend(self.roles_of(other, catalogue)),
+                None => self.roles_of_response(id, &mut roles),
+            }
+        }
+        roles.retain(|role| stage.without.iter().all(|other| other != role));
+        roles.extend(stage.with.keys().chain(&stage.compete).map(String::as_str));
+        let of_rows = stage.rows.iter().flatten().filter_map(|id| catalogue.get(id));
+        roles.extend(of_rows.map(|c| &*c.role));
+        roles
+    }
+
+    fn roles_of_response<'a>(&'a self, id: &str, roles: &mut BTreeSet<&'a str>) {
+        let Some(stage) = self.response(id) else { return };
+        roles.extend(stage.with.keys().chain(&stage.compete).map(String::as_str));
+        stage.on.iter().for_each(|id| self.roles_of_response(id, roles));
+    }
+}
