@@ -252,7 +252,7 @@ pub enum Fault {
     /// The tone of the record is not in the band, and nothing in the band can be fitted.
     #[error(
         "the loudspeaker drives {driven_hz:.1} Hz, and the mode is sought from {:.0} to {:.0} Hz: state the band of the wanted mode, as \
-         `band_hz` in the manifest or with --band",
+         `band_hz` in the manifest or with --band, or correct the sampling rate",
         band_hz.0, band_hz.1
     )]
     DrivenOutside {

@@ -33,12 +33,14 @@ pub(crate) fn check(
     }
 }
 
-/// What to say of a record that cannot be fitted, if its tone lies outside the band.
-pub(crate) fn outside(trace: &Trace<'_>, band_hz: (f64, f64), mains_hz: f64) -> Option<Fault> {
+/// What to say of a record that cannot be fitted for `fault`, if its tone lies outside the band; where nothing
+/// is heard in the band, by however little.
+pub(crate) fn outside(trace: &Trace<'_>, band_hz: (f64, f64), mains_hz: f64, fault: &Fault) -> Option<Fault> {
     let quiet = trace.quiet.min(trace.len());
     let loud: Vec<Vec<f64>> = trace.channels.iter().map(|y| y[quiet.min(y.len())..].to_vec()).collect();
     let driven_hz = tone(&loud, 1.0 / trace.rate_hz)?;
-    let near = ((1.0 - BESIDE) * band_hz.0..=(1.0 + BESIDE) * band_hz.1).contains(&driven_hz);
+    let beside = if matches!(fault, Fault::Weak(_)) { 0.0 } else { BESIDE };
+    let near = ((1.0 - beside) * band_hz.0..=(1.0 + beside) * band_hz.1).contains(&driven_hz);
     (!near && !is_of_the_mains(driven_hz, mains_hz)).then_some(Fault::DrivenOutside { driven_hz, band_hz })
 }
 

@@ -101,7 +101,7 @@ pub fn fit_ping(trace: &Trace<'_>, options: &PingOptions) -> Result<PingFit, Fau
         found => found,
     };
     found.map_err(|fault| {
-        driven::outside(trace, options.band_hz, options.mains_hz)
+        driven::outside(trace, options.band_hz, options.mains_hz, &fault)
             .unwrap_or_else(|| diagnosis::reason(trace, options, fault))
     })
 }

@@ -80,3 +80,15 @@ fn behaviour_a_mode_that_was_not_driven_is_refused_with_the_frequency_that_was()
     }
     println!("{taken_before} of 12 were taken for the second mode");
 }
+
+#[test]
+fn message_a_mode_that_rings_just_outside_the_band_is_named() {
+    let driven = quarter_wave(-4.14, 0.0, 0.0);
+    let channels = driven.record(3);
+    let quiet = (driven.quiet * driven.rate_hz) as usize;
+    let trace = Trace { channels: &channels, rate_hz: driven.rate_hz, quiet, full_scale: f64::INFINITY };
+    let options = PingOptions { reference: 2, band_hz: (70.0, 130.0), ..PingOptions::default() };
+    let said = fit_ping(&trace, &options).expect_err("").to_string();
+    assert!(said.starts_with("the loudspeaker drives 67."), "{said}");
+    assert!(said.contains("from 70 to 130 Hz") && said.ends_with("or correct the sampling rate"), "{said}");
+}
