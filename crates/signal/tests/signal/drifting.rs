@@ -14,13 +14,13 @@ fn curve(kind: &str, t: f64) -> f64 {
 
 #[test]
 fn coverage_of_offsets_that_drift() {
+    let rig = |seed| {
+        let driven = any(seed, 5.0);
+        Driven { ratio: driven.ratio.min(400.0), ..driven }
+    };
+    let bare = Tally::of(40, rig, |seed, driven| driven.fit(seed));
     for kind in ["a line", "a warming amplifier", "half a wave"] {
         for share in [0.01, 0.1, 0.3] {
-            let rig = |seed| {
-                let driven = any(seed, 5.0);
-                Driven { ratio: driven.ratio.min(400.0), ..driven }
-            };
-            let bare = Tally::of(40, rig, |seed, driven| driven.fit(seed));
             let tally = Tally::of(40, rig, |seed, driven| {
                 let mut record = driven.record(seed);
                 for y in &mut record {
