@@ -1,9 +1,8 @@
 //! The state of the gas at an operating point: temperature along the ducts, mass flow, and their errors.
 
 use crate::rig::{Duct, DuctAt, GasModel, Rig, RigAtPoint, Shape};
-use crate::{Point, StudyProblem};
+use crate::{Cause, Point, StudyProblem};
 use rijke_rig::GasState;
-use std::fmt;
 
 /// Temperature along the ducts, mass flow, numbers that laws may name, and independent causes of error.
 #[derive(Clone, Debug, PartialEq)]
@@ -55,110 +54,6 @@ const SAME: f64 = 1e-9;
 
 /// No gas of a rig is hotter, K.
 const HOTTEST: f64 = 1e4;
-
-/// A cause of error, and who shares it: two equal causes are one random number.
-#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Cause {
-    /// The ambient temperature, as read at one point or on one day.
-    Ambient(Sharing),
-    /// The readings at a place, numbered from 1 on from upstream, or what all places read too much (0).
-    Reading(usize, Sharing),
-    /// The temperature that the file of the rig gives a part, at all points.
-    Part(String),
-    /// The mass flow.
-    Flow(Sharing),
-    /// A factor of the campaign, as it was set or measured: points of one installation with one value of it
-    /// share the error.
-    Factor {
-        /// Its name.
-        name: String,
-        /// The installation.
-        installation: String,
-        /// The value, as text.
-        level: String,
-    },
-    /// A drift of the frequency that all decays have in common, of which processing knows only how large it
-    /// may be: an error of what was measured, not of the gas.
-    Drift,
-    /// A cause that an inference of the base states itself names.
-    Inferred(String),
-    /// The real (0) or imaginary (1) part of the error of the laws of a role, at one value of the factor over
-    /// which it varies.
-    Law {
-        /// The role.
-        role: String,
-        /// 0 real, 1 imaginary.
-        part: usize,
-        /// The value of the factor, as text.
-        level: String,
-    },
-}
-
-impl Cause {
-    /// The ambient temperature as read at `point`: one number for all points of its day, if the campaign says
-    /// which day that was.
-    #[must_use]
-    pub fn ambient(point: &Point) -> Self {
-        Self::Ambient(if point.day.is_empty() {
-            Sharing::Point(point.id.clone())
-        } else {
-            Sharing::Day(point.day.clone())
-        })
-    }
-
-    /// Whether its error is that of all installations, wherever they are.
-    #[must_use]
-    pub fn is_of_many(&self) -> bool {
-        matches!(self, Self::Drift)
-    }
-}
-
-/// What is said of it.
-impl fmt::Display for Cause {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Factor { name, installation, level } => write!(f, "{name} {level} ({installation})"),
-            Self::Ambient(sharing) => write!(f, "T_amb{sharing}"),
-            Self::Part(part) => write!(f, "the temperature of {part}"),
-            Self::Reading(0, sharing) => write!(f, "the offset of all thermometers{sharing}"),
-            Self::Reading(number, sharing) => write!(f, "thermometer {number} from upstream{sharing}"),
-            Self::Flow(sharing) => write!(f, "the mass flow{sharing}"),
-            Self::Drift => f.write_str("the drift that all decays have in common"),
-            Self::Inferred(name) => f.write_str(name),
-            Self::Law { role, part, level } => {
-                let part = if *part == 0 { "real" } else { "imaginary" };
-                write!(f, "the law of {role}, {part} part ({level})")
-            }
-        }
-    }
-}
-
-/// Behind what they share, in brackets.
-impl fmt::Display for Sharing {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Point(id) => write!(f, " ({id})"),
-            Self::Installation(id) => write!(f, " (installation {id})"),
-            Self::Day(day) => write!(f, " (day {day})"),
-            Self::All => Ok(()),
-        }
-    }
-}
-
-/// Who shares an error.
-#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Sharing {
-    /// One operating point.
-    Point(String),
-    /// All points of one installation.
-    Installation(String),
-    /// All points of one day.
-    Day(String),
-    /// All points.
-    All,
-}
 
 /// The gas in one stretch, averaged so that a short acoustic element keeps the inertance and the compliance
 /// of the real one.

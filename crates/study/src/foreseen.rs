@@ -2,7 +2,8 @@
 //! points lack one, what they are in the words of the records, and whether what is inferred today is what the
 //! folder has.
 
-use crate::base::{Cause, PointState};
+use crate::base::PointState;
+use crate::cause::Cause;
 use crate::plan::Base;
 use crate::{Campaign, Point, Study};
 use rijke_rig::{Day, Observations, PointObservations};

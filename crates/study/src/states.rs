@@ -1,6 +1,7 @@
 //! Base states on disk: `base/states.json`.
 
-use crate::base::{BaseError, Cause, PointState};
+use crate::base::{BaseError, PointState};
+use crate::cause::Cause;
 use crate::rig::Rig;
 use crate::source::{Source, listed};
 use crate::{StudyError, StudyProblem};

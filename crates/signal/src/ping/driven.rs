@@ -33,8 +33,8 @@ pub(crate) fn check(
     }
 }
 
-/// What to say of a record that cannot be fitted for `fault`, if its tone lies outside the band; where nothing
-/// is heard in the band, by however little.
+/// What to say of a record that cannot be fitted for `fault`, if its tone lies outside the band; where
+/// nothing is heard in the band, by however little.
 pub(crate) fn outside(trace: &Trace<'_>, band_hz: (f64, f64), mains_hz: f64, fault: &Fault) -> Option<Fault> {
     let quiet = trace.quiet.min(trace.len());
     let loud: Vec<Vec<f64>> = trace.channels.iter().map(|y| y[quiet.min(y.len())..].to_vec()).collect();

@@ -15,7 +15,7 @@
 
 use super::gas::{GasReading, Heated, VALUES, places};
 use crate::StudyProblem;
-use crate::base::Cause;
+use crate::cause::Cause;
 use rijke_numerics::{Cholesky, Matrix};
 use std::collections::BTreeMap;
 

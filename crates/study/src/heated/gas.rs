@@ -1,6 +1,6 @@
 //! The gas at one operating point, and a reading of it.
 
-use crate::base::Cause;
+use crate::cause::Cause;
 
 /// What one operating point brings to the model of the heated gas.
 pub(super) struct Heated {

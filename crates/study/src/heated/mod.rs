@@ -24,8 +24,9 @@ pub use gas::GasReading;
 pub use profile::measured_states;
 
 use crate::Point;
-use crate::base::{BaseError, Cause, PointState, STEP};
+use crate::base::{BaseError, PointState, STEP};
 use crate::campaign::{COLDEST, Campaign};
+use crate::cause::Cause;
 use crate::names::LENGTH;
 use crate::plan::HeatedFlow;
 use crate::rig::{PartAt, Rig, RigAtPoint};

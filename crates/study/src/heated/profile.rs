@@ -2,8 +2,9 @@
 
 use super::GasReading;
 use crate::StudyProblem;
-use crate::base::{BaseError, Cause, PointState, Sharing};
+use crate::base::{BaseError, PointState};
 use crate::campaign::Campaign;
+use crate::cause::{Cause, Sharing};
 use crate::plan::MeasuredGas;
 use crate::rig::{Rig, RigAtPoint};
 
