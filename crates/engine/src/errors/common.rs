@@ -210,9 +210,8 @@ impl Common {
     /// Warnings of inference, which knows a direction by its number: with the causes that make most of it.
     pub(crate) fn explained(&self, warnings: Vec<String>) -> Vec<String> {
         let explain = |text: String| {
-            let directions = 0..self.shares.columns();
             let of = |k: usize| text.strip_prefix(&format!("{} = ", name(k)))?.split_once(" lies ");
-            let found = directions.clone().find_map(|k| Some((k, of(k)?.1)));
+            let found = (0..self.shares.columns()).find_map(|k| Some((k, of(k)?.1)));
             found.map_or(text.clone(), |(k, rest)| {
                 format!("the error of the base states by {} lies {rest}", self.most_of(k))
             })

@@ -116,7 +116,6 @@ impl Run {
         let mut doubts = doubts(&found.observed, &fitted, record.misfit, floats(&trained.noise));
         let microphones = &self.rig.microphones;
         doubts.extend(outlying(&shapes, microphones.reference, &microphones.names));
-        drop(shapes);
         // Not in the first pass of a course whose evidence is checked further.
         if trusted != Trusted::Laplace || self.trusted == Trusted::Laplace {
             doubts.extend(self.turned(stage, row, &found)?);

@@ -1,7 +1,7 @@
 //! Points whose mode shape lies far from a model that fits all others.
 
 use super::doubts::few;
-use rijke_numerics::C64;
+use rijke_numerics::{C64, median};
 
 /// Relative pressures of a mode at a point, as measured and as the model has them.
 pub(super) struct Shape<'a> {
@@ -40,12 +40,9 @@ fn of_one_mode(shapes: &[&Shape<'_>], reference: usize, names: &[String]) -> Vec
             C64::new(median(all().map(|h| h.2.re).collect()), median(all().map(|h| h.2.im).collect()))
         })
         .collect();
-    let distance = |left: &mut dyn Iterator<Item = (usize, C64)>| {
-        let (count, sum) = left.fold((0, 0.0), |(n, sum), (m, z)| (n + 1, sum + (z - usual[m]).norm_sqr()));
-        (sum / f64::from(count.max(1))).sqrt()
-    };
-    let own = |s: &Shape<'_>| distance(&mut s.heard.iter().map(|h| (h.0, h.2)));
-    let mut order: Vec<(f64, &Shape<'_>)> = shapes.iter().map(|s| (own(s), *s)).collect();
+    let distance = |left: Vec<(usize, C64)>| rms(left.into_iter().map(|(m, z)| (z - usual[m]).norm()));
+    let own = |s: &Shape<'_>| s.heard.iter().map(|h| (h.0, h.2)).collect();
+    let mut order: Vec<(f64, &Shape<'_>)> = shapes.iter().map(|s| (distance(own(s)), *s)).collect();
     order.sort_by(|a, b| b.0.total_cmp(&a.0));
     let sd = rms(shapes.iter().flat_map(|s| &s.heard).map(|h| h.3));
     let found = (1..=few(shapes.len())).find_map(|count| {
@@ -55,10 +52,7 @@ fn of_one_mode(shapes: &[&Shape<'_>], reference: usize, names: &[String]) -> Vec
     });
     let Some((far, others)) = found else { return Vec::new() };
     let said = |(off, shape): &(f64, &Shape<'_>)| {
-        let fits = |pair: &[usize; 2]| {
-            let left = exchanged(shape, *pair, reference);
-            distance(&mut left.into_iter()) < EXCHANGED * others
-        };
+        let fits = |pair: &[usize; 2]| distance(exchanged(shape, *pair, reference)) < EXCHANGED * others;
         let remedy = pairs(shape, reference).into_iter().find(fits).map_or_else(
             || "check the order, places and gains of its microphones".to_owned(),
             |[a, b]| {
@@ -90,14 +84,10 @@ fn exchanged(shape: &Shape<'_>, [a, b]: [usize; 2], reference: usize) -> Vec<(us
         true => C64::ONE,
         false => shape.heard.iter().find(|h| h.0 == m).map_or(C64::ZERO, |h| h.1),
     };
-    let other = |m: usize| {
-        if m == a {
-            b
-        } else if m == b {
-            a
-        } else {
-            m
-        }
+    let other = |m: usize| match m {
+        _ if m == a => b,
+        _ if m == b => a,
+        _ => m,
     };
     let scale = measured(other(reference));
     shape.heard.iter().map(|&(m, z, left, _)| (m, measured(other(m)) / scale - (z - left))).collect()
@@ -106,11 +96,6 @@ fn exchanged(shape: &Shape<'_>, [a, b]: [usize; 2], reference: usize) -> Vec<(us
 fn rms(values: impl Iterator<Item = f64>) -> f64 {
     let (count, sum) = values.fold((0_u32, 0.0), |(n, sum), v| (n + 1, sum + v * v));
     (sum / f64::from(count.max(1))).sqrt()
-}
-
-fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(0.0)
 }
 
 #[cfg(test)]

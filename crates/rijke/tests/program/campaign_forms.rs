@@ -60,7 +60,7 @@ fn exact_a_campaign_gives_the_same_results_as_a_table_and_as_toml() {
         }
         let check = rijke(&folder, &["check", "rig", "--json"]);
         assert!(check.status.success(), "{}", String::from_utf8_lossy(&check.stderr));
-        let run = rijke(&folder, &["rank", "rig", "--one-start", "--until", "gauze"]);
+        let run = rijke(&folder, &["run", "rig", "--one-start"]);
         assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
         results.push((check.stdout, files(&folder.join("rig/results"))));
     }

@@ -4,6 +4,7 @@
 mod at_once;
 mod bad_input;
 mod base_states;
+mod bench;
 mod book;
 mod calibration_clicks;
 mod campaign_forms;

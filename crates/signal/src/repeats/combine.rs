@@ -3,7 +3,7 @@
 use super::pool::{Group, variances_of_means};
 use crate::Fault;
 use rayon::prelude::*;
-use rijke_numerics::Matrix;
+use rijke_numerics::{Matrix, median};
 
 /// What the repeats of one measurement say together.
 #[derive(Clone, Debug, PartialEq)]
@@ -145,12 +145,6 @@ fn rare_deviate(count: usize) -> f64 {
     let freedom = 0.37 * (count as f64 - 1.0);
     let z = RARE * (8.0 * freedom + 3.0) / (8.0 * freedom + 1.0);
     (freedom * (z * z / freedom).exp_m1()).sqrt()
-}
-
-fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    let middle = values.len() / 2;
-    if values.len() % 2 == 1 { values[middle] } else { 0.5 * (values[middle - 1] + values[middle]) }
 }
 
 #[cfg(test)]

@@ -2,6 +2,7 @@
 
 use super::fit::{Found, SCALE};
 use super::gas::{GasReading, REACH, VALUES, places};
+use rijke_numerics::median;
 
 /// The heat by the readings, beside what was known before, and every thermometer.
 #[derive(Clone, Debug, PartialEq)]
@@ -186,13 +187,11 @@ fn alone(
     for at in places(readings) {
         let there = readings.iter().filter(|r| r.at == at);
         let there: Vec<_> = there.filter_map(|r| Some((r, against(r)?))).collect();
-        let mut offs: Vec<f64> = there.iter().map(|(_, [off, _])| *off).collect();
-        if offs.len() < READ {
+        if there.len() < READ {
             continue;
         }
-        offs.sort_by(f64::total_cmp);
-        let median = 0.5 * (offs[(offs.len() - 1) / 2] + offs[offs.len() / 2]);
-        all.extend(there.iter().map(|(r, [off, sd])| (*r, off - median, (off - median) / r.sd.hypot(*sd))));
+        let usual = median(there.iter().map(|(_, [off, _])| *off).collect());
+        all.extend(there.iter().map(|(r, [off, sd])| (*r, off - usual, (off - usual) / r.sd.hypot(*sd))));
     }
     let (farthest, off, sds) = *all.iter().max_by(|a, b| a.2.abs().total_cmp(&b.2.abs()))?;
     let squares: f64 = all.iter().map(|(_, _, sds)| sds * sds).sum::<f64>() - sds * sds;

@@ -1,0 +1,13 @@
+//! The engine against closed forms, against differences and against likelihoods that are written out.
+
+mod by_differences;
+mod common;
+mod differences;
+mod elements;
+mod missing;
+mod next;
+mod next_microphones;
+mod responses;
+mod rigs;
+mod search;
+mod studies;

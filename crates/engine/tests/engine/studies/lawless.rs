@@ -1,0 +1,46 @@
+//! Parts that are in the rig and have no law.
+
+use crate::common::tube::TUBE;
+use super::{PLAN, two_points};
+use rijke_engine::run::{Beyond, Run, Trusted, beyond};
+use rijke_study::Study;
+
+/// A gauze that a factor puts into the tube needs a law; one that is always there may be a place only.
+#[test]
+fn message_a_part_without_a_law_is_said_where_it_is_there() {
+    let rig = |present: &str| {
+        format!("{TUBE}[[element]]\nname = \"gauze\"\ntype = \"device\"\nat = \"0.4 m\"\n{present}")
+    };
+    let campaign = "point,x [cm],g,T_amb [degC]\na,100,1,20\nb,80,0,20\n";
+    let law = "[[candidate]]\nid = \"drag\"\nrole = \"drag\"\nname = \"drag\"\ncite = [\"own judgement\"]\n\
+               [[candidate.effect]]\nacts_at = \"gauze\"\nmu = \"0.1*rho*c\"\n";
+    let opened = |name: &str, present: &str, more: &str| {
+        let (rig, plan) = (rig(present), PLAN.replace("points = {}\n", &format!("points = {{}}\n{more}")));
+        let files = [
+            ("rig.toml", rig.as_str()),
+            ("campaign.csv", campaign),
+            ("candidates/drag.toml", law),
+            ("study.toml", &plan),
+        ];
+        let folder = two_points(name, &files);
+        let study = Study::open(&folder.0).unwrap();
+        let observations = study.observations().unwrap();
+        (study, observations)
+    };
+    let with = |name: &str, present: &str, more: &str| opened(name, present, more).0.unused().join("; ");
+    let said = with("lawless", "present = \"g\"\n", "");
+    assert!(
+        said.contains("`gauze` is in the rig at 1 point of stage `s` (`g` is not 0), and no candidate of"),
+        "{said}"
+    );
+    assert_eq!(with("lawful", "present = \"g\"\n", "compete = \"drag\"\n"), "");
+    assert!(!with("place", "", "").contains("is in the rig"));
+    // A model that was trained without it is asked for a point with it.
+    let (study, observations) = opened("alone", "present = \"g\"\n", "");
+    let mut run = Run::new(study.clone(), &observations, Trusted::Laplace).unwrap();
+    run.next_stage().unwrap();
+    let mut saved = run.saved("s").unwrap();
+    saved.trained_on.retain(|id| id == "b");
+    let said: Vec<String> = beyond(&study, &saved, &[0], &[]).iter().map(Beyond::words).collect();
+    assert!(said.iter().any(|s| s.starts_with("a: gauze is there (g = 1), and was at no point")), "{said:?}");
+}

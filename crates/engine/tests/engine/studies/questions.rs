@@ -1,0 +1,135 @@
+//! Questions: what their keys are, and what they refuse.
+
+use super::{PLAN, closed_form, two_points};
+use rijke_engine::run::{Run, Trusted, keys_of_questions, open};
+use rijke_numerics::C64;
+use rijke_study::Study;
+
+/// The manual shows every kind of question with every key.
+#[test]
+fn behaviour_the_manual_shows_every_key_of_every_question() {
+    let manual = include_str!("../../../../../docs/study-folder.md");
+    let section = manual.split("### Questions").nth(1).unwrap().split("\n### ").next().unwrap();
+    let kinds: Vec<_> = keys_of_questions().collect();
+    assert!(kinds.len() > 4, "{kinds:?}");
+    for (kind, keys) in kinds {
+        let shown = section.split("[[ask]]").find(|block| block.contains(&format!("ask = \"{kind}\"")));
+        let shown = shown.unwrap_or_else(|| panic!("the manual does not show `{kind}`"));
+        for key in keys {
+            let there = shown.contains(&format!("\n{key} = ")) || shown.contains(&format!("\n[ask.{key}]"));
+            assert!(there, "the manual does not show `{key}` of `{kind}`");
+        }
+    }
+}
+
+fn refused(name: &str, asked: &str) -> String {
+    let plan = format!("{PLAN}[[ask]]\nid = \"q\"\nstage = \"s\"\n{asked}");
+    let folder = two_points(name, &[("study.toml", &plan)]);
+    let error = open(&folder.0).unwrap_err().to_string();
+    // Whoever opens a study without looking at its questions is told before anything is trained.
+    if let Ok(study) = Study::open(&folder.0) {
+        let observations = study.observations().unwrap();
+        let late = Run::new(study, &observations, Trusted::Laplace).err().unwrap().to_string();
+        assert_eq!(late, error);
+    }
+    error.rsplit_once("study.toml, ").unwrap().1.to_owned()
+}
+
+#[test]
+fn message_a_question_that_cannot_be_asked_names_line_and_what_is_known() {
+    let cases = [
+        (
+            "ask = \"contour\"",
+            "line 8: there is no kind of question called `contour`; known: ranking, contours, ",
+        ),
+        (
+            "ask = \"ranking\"\nsets = []",
+            "line 12: there is no key called `sets` of `ask = \"ranking\"`; known: none",
+        ),
+        (
+            "ask = \"contours\"\n\nset = []",
+            "line 13: there is no key called `set` of `ask = \"contours\"`; known: sets",
+        ),
+        ("ask = \"contours\"\nsets = [[\"p9\"]]", "line 8: there is no microphone called `p9`; known: none"),
+        ("ask = \"contours\"\nsets = 3", "line 12: invalid type: integer `3`, expected a sequence"),
+        (
+            "ask = \"prediction\"\npoints = { points = [\"z\"] }",
+            "line 8: there is no operating point called `z`; known: a, b",
+        ),
+        (
+            "ask = \"point-by-point\"",
+            "line 8: `with` is missing; name the role and the candidate that is free at every point",
+        ),
+        (
+            "ask = \"point-by-point\"\nwith = { wall = \"w\" }",
+            "line 8: there is no candidate called `w`; known: none",
+        ),
+        ("ask = \"effects\"\nof = [\"wall\"]", "line 8: there is no role called `wall`; known: none"),
+        ("ask = \"ranking\"\nover = \"y\"", "line 8: there is no factor called `y`; known: x"),
+    ];
+    for (k, (asked, expected)) in cases.iter().enumerate() {
+        let said = refused(&format!("question-{k}"), asked);
+        assert!(said.starts_with(expected), "{said}");
+    }
+}
+
+/// A drag along the tube, mu = k: with Z = s rho + k and Y = s/(rho c^2) the ends, which are
+/// z = rho c (1 - r)/(1 + r), reflect q = (z - Z_c)/(z + Z_c), and q^2 e^{-2 gamma L} = 1.
+#[test]
+fn exact_the_effect_of_a_loss_is_the_closed_form() {
+    const DRAG: f64 = 3.0;
+    let candidate = "[[candidate]]\nid = \"drag\"\nrole = \"wall\"\nname = \"drag\"\ncite = [\"closed form\"]\n\
+        [candidate.parameters.k]\nunit = \"kg/(m^3 s)\"\nprior = { normal = { mean = 3.0, sd = 0.3 } }\n\
+        [[candidate.effect]]\nacts_at = \"tube\"\nmu = \"k\"\n";
+    let plan = format!(
+        "{PLAN}[stage.with]\nwall = \"drag\"\n[stage.hold]\nr = 0.85\n[[ask]]\nid = \"e\"\nask = \"effects\"\nstage = \"s\"\n"
+    );
+    let density = 101_325.0 / (287.05 * 293.15);
+    let with = |length: f64, k: f64| {
+        let [sigma, hertz] = closed_form(length);
+        let c = (1.4_f64 * 287.05 * 293.15).sqrt();
+        let s0 = C64::new(sigma, std::f64::consts::TAU * hertz);
+        let (half, z) = (0.5 * k / density, 0.15 / 1.85);
+        let mut s = s0;
+        for _ in 0..50 {
+            // Z_c over rho c.
+            let own = (1.0 + k / (s * density)).sqrt();
+            let gamma = (((own - z) / (own + z)).ln() + C64::new(0.0, std::f64::consts::PI)) / length;
+            // s^2 + s k/rho = (gamma c)^2; the root of the upper half plane.
+            let root = (gamma * gamma * c * c + half * half).sqrt();
+            s = root * root.im.signum() - half;
+        }
+        s - s0
+    };
+    let row = |id: &str, length: f64| {
+        let ([sigma, hertz], moved) = (closed_form(length), with(length, DRAG));
+        let (sigma, hertz) = (sigma + moved.re, hertz + moved.im / std::f64::consts::TAU);
+        format!("{id},{sigma:.12},0.1,{hertz:.12},0.05\n")
+    };
+    let head = "point,growth_rate [1/s],growth_rate_sd [1/s],frequency [Hz],frequency_sd [Hz]\n";
+    let modes = format!("{head}{}{}", row("a", 1.0), row("b", 0.8));
+    let files =
+        [("candidates/wall.toml", candidate), ("study.toml", &plan), ("observations/modes.csv", &modes)];
+    let folder = two_points("effects", &files);
+    let study = open(&folder.0).unwrap();
+    let observations = study.observations().unwrap();
+    let mut run = Run::new(study.clone(), &observations, Trusted::Laplace).unwrap();
+    let stage = run.next_stage().unwrap().unwrap();
+    let [k, k_sd] = super::parameter(&stage, "k");
+    assert!((k - DRAG).abs() < 1e-6 && k_sd > 0.0, "{k} +- {k_sd}");
+    let answer = run.answer(&study.plan.questions[0]).unwrap();
+    let frame = &answer.frames[0];
+    assert_eq!((frame.rows.len(), answer.panels.len(), frame.rows[0].series.as_str()), (2, 2, "drag"));
+    for (row, length) in frame.rows.iter().zip([1.0, 0.8]) {
+        let number = |name: &str| row.values[frame.column(name).unwrap()].unwrap();
+        let (expected, step) = (with(length, k), 1e-4);
+        let slope = (with(length, k + step) - with(length, k - step)) / (2.0 * step);
+        assert!((number("growth_rate_effect") - expected.re).abs() < 1e-7, "{row:?} {expected}");
+        assert!((number("angular_frequency_effect") - expected.im).abs() < 1e-7, "{row:?} {expected}");
+        assert!((number("growth_rate_effect_sd") / (slope.re.abs() * k_sd) - 1.0).abs() < 1e-6, "{row:?}");
+        assert!(
+            (number("angular_frequency_effect_sd") / (slope.im.abs() * k_sd) - 1.0).abs() < 1e-6,
+            "{row:?}"
+        );
+    }
+}

@@ -1,0 +1,4 @@
+//! The laboratory: its bench and its records.
+
+mod bench;
+mod records;

@@ -1,0 +1,4 @@
+//! Pages and figures.
+
+mod page;
+mod pdf;
