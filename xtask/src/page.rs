@@ -8,6 +8,7 @@ use std::{
     fs,
     path::{Path, PathBuf},
     process::Command,
+    thread,
 };
 
 mod axe;
@@ -42,8 +43,8 @@ const LOOKS: [Look; 5] = [
     Look { name: "paper", width: 718, smallest: 4.5, print: true, dark: false, timed: false },
 ];
 
-/// A frame while a slider is dragged, ms: sixty a second are 16.7. Six times that is refused, because others
-/// may use the machine; how long it took is printed.
+/// Half of the frames while a slider is dragged, ms: sixty a second are 16.7. Six times that is refused,
+/// because others may use the machine; how long they took is printed.
 const SLOWEST: f64 = 100.0;
 
 /// First paint, ms: the goal is 1000. Three times that is refused, for the same reason.
@@ -72,22 +73,23 @@ pub(crate) fn run() -> Outcome {
     let axe = axe::put_into(&scratch)?;
     let mut opened = vec![("the paper".to_owned(), page.clone())];
     opened.extend(examples::pages(&scratch)?);
+    // The sheets are those of the paper's page, the largest.
+    let sheets = |(name, _): &&(String, PathBuf)| name == "the paper";
+    let looks = opened.iter().flat_map(|page| LOOKS.iter().map(move |look| (page, look)));
+    let looks: Vec<_> = looks.filter(|(page, look)| !look.print || sheets(page)).collect();
     let mut said = Vec::new();
-    for (name, page) in &opened {
-        // The sheets are those of the paper's page, the largest.
-        for look in LOOKS.iter().filter(|look| !look.print || name == "the paper") {
-            let (found, console) = open(browser, &scratch, page, look, axe)?;
-            let name = format!("{name}, {}", look.name);
-            if look.timed {
-                said.push(format!("{name}: {}", found["sliders"].as_str().unwrap_or_default()));
-            }
-            let figures = found["figures"].as_u64().unwrap_or(0);
-            let drawn = files_of(&page.with_file_name("figures"), "svg")?;
-            if figures != drawn as u64 {
-                faults.push(format!("{name}: {figures} figures on the page, {drawn} drawn"));
-            }
-            faults.extend(told(&name, &found, console));
+    for ((opened, look), seen) in looks.iter().zip(all(browser, &scratch, &looks, axe)) {
+        let ((name, page), (found, console)) = (opened, seen?);
+        let name = format!("{name}, {}", look.name);
+        if look.timed {
+            said.push(format!("{name}: {}", found["sliders"].as_str().unwrap_or_default()));
         }
+        let figures = found["figures"].as_u64().unwrap_or(0);
+        let drawn = files_of(&page.with_file_name("figures"), "svg")?;
+        if figures != drawn as u64 {
+            faults.push(format!("{name}: {figures} figures on the page, {drawn} drawn"));
+        }
+        faults.extend(told(&name, &found, console));
     }
     let painted = paint::first(browser, &scratch, &page)?;
     if painted > PAINTED {
@@ -119,15 +121,27 @@ fn browser() -> Option<&'static str> {
         .find(|name| Command::new(name).arg("--version").output().is_ok_and(|o| o.status.success()))
 }
 
+/// What is seen in each look, in order: several browsers at once, because each waits more than it works.
+fn all(browser: &str, scratch: &Path, looks: &[(&(String, PathBuf), &Look)], axe: bool) -> Vec<Seen> {
+    const BROWSERS: usize = 4;
+    let every = |k: usize| {
+        let own = looks.iter().skip(k).step_by(BROWSERS);
+        own.map(|((_, page), look)| open(browser, scratch, page, look, axe, k)).collect::<Vec<_>>()
+    };
+    let mut parts: Vec<_> = thread::scope(|scope| {
+        let started: Vec<_> = (0..BROWSERS).map(|k| scope.spawn(move || every(k))).collect();
+        started.into_iter().map(|part| part.join().unwrap_or_default().into_iter()).collect()
+    });
+    let lost = || Err("a browser was not asked".to_owned());
+    (0..looks.len()).map(|i| parts[i % BROWSERS].next().unwrap_or_else(lost)).collect()
+}
+
 /// What the harness found, and the console's lines.
-fn open(
-    browser: &str,
-    scratch: &Path,
-    page: &Path,
-    look: &Look,
-    axe: bool,
-) -> Result<(Value, Vec<String>), String> {
-    let harness = scratch.join("harness.html");
+type Seen = Result<(Value, Vec<String>), String>;
+
+/// Looks at a page with the browser number `k`.
+fn open(browser: &str, scratch: &Path, page: &Path, look: &Look, axe: bool, k: usize) -> Seen {
+    let harness = scratch.join(format!("harness-{k}.html"));
     // Settings of the model and what the engine says of them, to which the page's own solver is held.
     let checks = page.with_file_name("tables").join("sliders.csv");
     let checks = fs::read_to_string(&checks).unwrap_or_default();
@@ -140,7 +154,7 @@ fn open(
         .replace("@SMALLEST@", &look.smallest.to_string())
         .replace("@PRINT@", &look.print.to_string());
     write(&harness, text)?;
-    let mut command = command(browser, scratch);
+    let mut command = command(browser, &scratch.join(format!("browser-{k}")));
     // The frame of the harness is a file of its own, into which it may look only with this option.
     command.args(["--allow-file-access-from-files", "--dump-dom"]);
     if !look.timed {

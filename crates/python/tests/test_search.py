@@ -16,17 +16,19 @@ import rijke
 from conftest import ROOT
 
 FOLDER = ROOT / "examples" / "ducted-flame-stages"
+# Of its three stages the last takes most of the time.
+STAGE = "burner"
 
 
 @pytest.fixture(scope="module")
 def found() -> rijke.Search:
-    return rijke.search(FOLDER, trusted="laplace")
+    return rijke.search(FOLDER, stage=STAGE, trusted="laplace")
 
 
 def test_exact_the_record_is_that_of_the_program(found: rijke.Search, program: Path, tmp_path: Path) -> None:
     folder = tmp_path / "study"
     shutil.copytree(FOLDER, folder, ignore=shutil.ignore_patterns("results", "search"))
-    subprocess.run([program, "search", folder, "--one-start"], check=True, capture_output=True)
+    subprocess.run([program, "search", folder, "--stage", STAGE, "--one-start"], check=True, capture_output=True)
     assert found.record == json.loads((folder / "search" / "search.json").read_text())
 
 
@@ -37,7 +39,7 @@ def test_exact_tables_hold_the_record(found: rijke.Search) -> None:
     assert frame["greedy"].sum() == 1 and frame["probability"][frame["greedy"]].iloc[0] == found.greedy["probability"]
     sums = found.choices.groupby("role")["probability"].sum()
     assert sums.to_numpy() == pytest.approx(1.0)
-    assert "of 160 combinations" in repr(found) and found.given_up_at_most < 1e-3
+    assert "of 32 combinations" in repr(found) and found.given_up_at_most < 1e-3
 
 
 @pytest.mark.slow
@@ -58,7 +60,7 @@ def test_exact_dask_finds_the_same_when_a_worker_is_killed(found: rijke.Search, 
 
         thread = threading.Thread(target=kill)
         thread.start()
-        on_workers = rijke.search(FOLDER, client=client, trusted="laplace", parts=4, tasks=tasks)
+        on_workers = rijke.search(FOLDER, stage=STAGE, client=client, trusted="laplace", parts=4, tasks=tasks)
         thread.join()
         left = list(client.run(os.getpid).values())
     assert killed and killed[0] not in left
