@@ -3,7 +3,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a bench may fail by panicking")]
 
-#[path = "../tests/differences/mod.rs"]
+#[path = "../tests/engine/differences/mod.rs"]
 mod differences;
 
 use criterion::{Criterion, criterion_group, criterion_main};

@@ -1,5 +1,4 @@
 //! A study of one stage against the same by differences through the text of its network file.
-#![allow(clippy::unwrap_used, reason = "a test may fail by panicking")]
 
 use crate::differences;
 use rijke_engine::run::{Run, Trusted};

@@ -1,4 +1,5 @@
 //! The engine against closed forms, against differences and against likelihoods that are written out.
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test may fail by panicking")]
 
 mod by_differences;
 mod common;

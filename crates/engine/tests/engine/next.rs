@@ -1,15 +1,13 @@
 //! What further measurements would tell, on a tube whose modes have a closed form.
-#![allow(clippy::unwrap_used, clippy::panic, reason = "helpers of tests")]
-
 
 use crate::common::folder::Folder;
+use crate::common::tube::TUBE;
 use rand_distr::{Distribution, StandardNormal};
 use rijke_engine::EngineError;
 use rijke_engine::run::{Aim, Next, Run, Trusted, Wish, forecast, next, with_points};
 use rijke_numerics::Streams;
 use rijke_study::Study;
 use std::collections::BTreeMap;
-use crate::common::tube::TUBE;
 
 const PLAN: &str = "name = \"t\"\n[cost]\npoint = \"30 min\"\ninstallation = \"1 h\"\n[[stage]]\nid = \"s\"\npoints = {}\n[stage.noise]\n\
                     growth_rate = 0.0\nangular_frequency = 0.0\n";

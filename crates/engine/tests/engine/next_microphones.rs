@@ -1,13 +1,11 @@
 //! What microphones tell, on a tube whose modes have a closed form, against trainings on the data that they
 //! would bring.
-#![allow(clippy::unwrap_used, clippy::panic, reason = "helpers of tests")]
-
 
 use crate::common::folder::Folder;
+use crate::common::tube::TUBE;
 use rijke_engine::run::{MicrophoneTable, Run, Trusted, Wish, microphones};
 use rijke_numerics::{C64, Matrix};
 use rijke_study::{ObservedMode, ObservedModes, Study};
-use crate::common::tube::TUBE;
 
 /// What is true, and what the prior is about, so that curvature of the model does not enter.
 const R: f64 = 0.85;

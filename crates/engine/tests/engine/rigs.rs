@@ -1,6 +1,5 @@
 //! Modes of rigs: against network files that say the same, and, of rigs of unknown shape, against those with
 //! numbers in their place.
-#![allow(clippy::unwrap_used, reason = "a test may fail by panicking")]
 
 use rijke_engine::run::{Run, Trusted};
 use rijke_engine::{Assembly, Conditions, PointModel};

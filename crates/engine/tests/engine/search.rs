@@ -1,7 +1,5 @@
 //! The search over all combinations: the same evidence as single runs, the same winner when it gives models
 //! up, and the same text whoever did which task.
-#![allow(clippy::unwrap_used, clippy::panic, reason = "helpers of tests")]
-
 
 use crate::common::folder::Folder;
 use rand_distr::{Distribution, StandardNormal};

@@ -102,8 +102,10 @@ fn message_what_this_crate_did_not_draw_is_refused() {
 #[test]
 fn behaviour_the_font_has_the_letters_of_all_examples() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
-    let faces =
-        [&include_bytes!("../../fonts/Arimo-Regular.ttf")[..], include_bytes!("../../fonts/Arimo-Italic.ttf")];
+    let faces = [
+        &include_bytes!("../../fonts/Arimo-Regular.ttf")[..],
+        include_bytes!("../../fonts/Arimo-Italic.ttf"),
+    ];
     let faces = faces.map(|bytes| ttf_parser::Face::parse(bytes, 0).unwrap());
     let (mut folders, mut files) =
         (vec![root.join("examples"), root.join("crates/report/src"), root.join("crates/engine/src")], 0);

@@ -9,6 +9,9 @@ use std::{
     time::Duration,
 };
 
+/// The stage that is searched: the one after it takes most of the time.
+const STAGE: &str = "burner";
+
 const RESULTS: [&str; 3] = ["search.json", "tables/combinations.csv", "tables/choices.csv"];
 
 fn results(folder: &Path) -> Vec<Vec<u8>> {
@@ -17,7 +20,7 @@ fn results(folder: &Path) -> Vec<Vec<u8>> {
 
 /// `rijke search` in a study, which must succeed.
 fn search(folder: &Path, words: &[&str]) -> String {
-    let output = rijke(folder, &[&["search", ".", "--one-start"], words].concat());
+    let output = rijke(folder, &[&["search", ".", "--stage", STAGE, "--one-start"], words].concat());
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     String::from_utf8(output.stdout).unwrap()
 }
@@ -27,9 +30,7 @@ fn exact_shards_and_killed_runs_write_what_one_run_writes() {
     let folder = scratch("search");
     copy(&example("ducted-flame-stages"), &folder);
     let said = search(&folder, &[]);
-    assert!(
-        said.contains("160 combinations over tube, burner, flame") && said.contains("stage by stage: place")
-    );
+    assert!(said.contains("32 combinations over tube, burner") && said.contains("stage by stage: place"));
     let own = folder.join("search");
     let one = results(&own);
 
@@ -54,7 +55,7 @@ fn exact_shards_and_killed_runs_write_what_one_run_writes() {
     fs::remove_dir_all(&own).unwrap();
     let tasks = || fs::read_dir(own.join("tasks")).map_or(0, Iterator::count);
     let mut run = Command::new(env!("CARGO_BIN_EXE_rijke"))
-        .args(["search", ".", "--one-start", "--shard", "1/2"])
+        .args(["search", ".", "--stage", STAGE, "--one-start", "--shard", "1/2"])
         .current_dir(&folder)
         .stdout(Stdio::null())
         .stderr(Stdio::null())

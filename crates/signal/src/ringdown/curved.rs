@@ -2,8 +2,10 @@
 //! known. They are taken in blocks of rows, whose columns stay in the cache.
 
 use super::component::Component;
+use super::sums::padded;
 use super::white::White;
-use crate::dsp::kernels::{Powers, dots};
+use crate::dsp::kernels::{LANES, Powers, dots, run};
+use pulp::NullaryFnOnce;
 use rijke_numerics::Matrix;
 
 /// Rows of a block.
@@ -139,17 +141,39 @@ pub(super) fn put(
 
 /// Adds the sums of the samples times two columns to the columns from `column` on.
 fn project(white: White<'_>, columns: &[Vec<f64>; 2], column: usize, slopes: &mut Matrix) {
-    let mut sums = vec![[0.0; 2]; white.channels];
-    let rows = white.samples.chunks_exact(white.channels);
-    for ((row, a), b) in rows.zip(&columns[0]).zip(&columns[1]) {
-        for (sum, y) in sums.iter_mut().zip(row) {
-            sum[0] += y * a;
-            sum[1] += y * b;
+    for from in (0..white.channels).step_by(LANES) {
+        let sums = run(Sums { white, from, columns });
+        for (m, (a, b)) in (from..white.channels).zip(sums[0].into_iter().zip(sums[1])) {
+            slopes[(m, column)] += a;
+            slopes[(m, column + 1)] += b;
         }
     }
-    for (m, sum) in sums.into_iter().enumerate() {
-        slopes[(m, column)] += sum[0];
-        slopes[(m, column + 1)] += sum[1];
+}
+
+/// Sums of the samples times two columns for [`LANES`] channels from number `from` on; beyond the last
+/// channel what comes next in the record is summed, and means nothing.
+struct Sums<'a> {
+    white: White<'a>,
+    from: usize,
+    columns: &'a [Vec<f64>; 2],
+}
+
+impl NullaryFnOnce for Sums<'_> {
+    type Output = [[f64; LANES]; 2];
+
+    #[inline(always)]
+    fn call(self) -> [[f64; LANES]; 2] {
+        let Self { white, from, columns } = self;
+        let mut sums = [[0.0; LANES]; 2];
+        for (n, (a, b)) in columns[0].iter().zip(&columns[1]).enumerate() {
+            let rest = white.samples.get(n * white.channels + from..).unwrap_or_default();
+            let y = rest.first_chunk::<LANES>().copied().unwrap_or_else(|| padded(rest));
+            for i in 0..LANES {
+                sums[0][i] += y[i] * a;
+                sums[1][i] += y[i] * b;
+            }
+        }
+        sums
     }
 }
 

@@ -116,7 +116,7 @@ impl<const N: usize> NullaryFnOnce for Sums<'_, N> {
 
 /// The last samples of a record and zeros.
 #[inline(always)]
-fn padded<const N: usize>(rest: &[f64]) -> [f64; N] {
+pub(super) fn padded<const N: usize>(rest: &[f64]) -> [f64; N] {
     std::array::from_fn(|i| rest.get(i).copied().unwrap_or(0.0))
 }
 

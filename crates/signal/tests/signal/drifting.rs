@@ -14,14 +14,24 @@ fn curve(kind: &str, t: f64) -> f64 {
 
 #[test]
 fn coverage_of_offsets_that_drift() {
+    check(20);
+}
+
+#[test]
+#[ignore = "long: 200 records of each of 9 kinds"]
+fn coverage_of_offsets_that_drift_over_200_seeds() {
+    check(200);
+}
+
+fn check(count: u64) {
     let rig = |seed| {
         let driven = any(seed, 5.0);
         Driven { ratio: driven.ratio.min(400.0), ..driven }
     };
-    let bare = Tally::of(40, rig, |seed, driven| driven.fit(seed));
+    let bare = Tally::of(count, rig, |seed, driven| driven.fit(seed));
     for kind in ["a line", "a warming amplifier", "half a wave"] {
         for share in [0.01, 0.1, 0.3] {
-            let tally = Tally::of(40, rig, |seed, driven| {
+            let tally = Tally::of(count, rig, |seed, driven| {
                 let mut record = driven.record(seed);
                 for y in &mut record {
                     let top = y.iter().fold(0.0_f64, |a, v| v.abs().max(a));

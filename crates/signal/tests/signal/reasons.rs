@@ -2,6 +2,7 @@
 
 use crate::driven::Driven;
 use crate::short::any;
+use rayon::prelude::*;
 use rijke_signal::{Fault, Unstable};
 use std::f64::consts::TAU;
 
@@ -145,24 +146,29 @@ fn faults() -> Vec<(&'static str, Harm, Vec<f64>, Right)> {
 
 #[test]
 fn behaviour_every_fault_is_named() {
+    let sound = |seed| {
+        let mut driven = any(100 + seed, 5.0);
+        driven.channels = driven.channels.max(2);
+        driven.rate_hz = driven.rate_hz.max(5000.0);
+        driven.ratio = driven.ratio.max(200.0);
+        let record = driven.record(seed);
+        driven.fit_of(&record).is_ok().then_some((driven, record))
+    };
+    let sound: Vec<(Driven, Vec<Vec<f64>>)> = (0..12).into_par_iter().filter_map(sound).collect();
+    let used = sound.len();
     let mut wrong = Vec::new();
     for (name, harm, sizes, right) in faults() {
         for size in sizes {
-            let (mut named, mut used, mut right_all_the_same) = (0, 0, 0);
+            let harmed = |(driven, record): &(Driven, Vec<Vec<f64>>)| {
+                let mut record = record.clone();
+                harm(driven, &mut record, size);
+                driven.fit_of(&record)
+            };
+            let fits: Vec<_> = sound.par_iter().map(harmed).collect();
+            let (mut named, mut right_all_the_same) = (0, 0);
             let mut others = Vec::new();
-            for seed in 0..12 {
-                let mut driven = any(100 + seed, 5.0);
-                driven.channels = driven.channels.max(2);
-                driven.rate_hz = driven.rate_hz.max(5000.0);
-                driven.ratio = driven.ratio.max(200.0);
-                let sound = driven.record(seed);
-                if driven.fit_of(&sound).is_err() {
-                    continue;
-                }
-                used += 1;
-                let mut record = sound;
-                harm(&driven, &mut record, size);
-                match driven.fit_of(&record) {
+            for ((driven, _), fit) in sound.iter().zip(fits) {
+                match fit {
                     Err(fault) if right(&fault) => named += 1,
                     Err(fault) => others.push(fault.to_string()),
                     // What is fitted right needs no reason.

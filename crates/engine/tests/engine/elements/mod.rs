@@ -1,5 +1,4 @@
 //! Every element and end of network files in a rig: the same modes.
-#![allow(clippy::unwrap_used, clippy::panic, reason = "a test may fail by panicking")]
 
 mod refused;
 mod tables;

@@ -1,5 +1,4 @@
 //! What the data still ask for, on examples whose truth is known and on data of the model itself.
-#![allow(clippy::unwrap_used, clippy::panic, reason = "helpers of tests")]
 
 mod channels;
 mod left_out;

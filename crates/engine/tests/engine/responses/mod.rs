@@ -1,5 +1,4 @@
 //! Training on responses, against closed forms and against likelihoods that are written out.
-#![allow(clippy::unwrap_used, clippy::panic, reason = "a test may fail by panicking")]
 
 mod bench;
 mod chain;

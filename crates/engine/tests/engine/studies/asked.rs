@@ -1,7 +1,7 @@
 //! Conditions that were not measured: what is known of their surroundings, and what stands beside them.
 
-use crate::common::folder::Folder;
 use super::{PLAN, closed_form, two_points};
+use crate::common::folder::Folder;
 use rijke_engine::SavedModel;
 use rijke_engine::run::{AskedPoint, Forecast, Run, Trusted, forecast, modes_at, over_map, with_points};
 use rijke_study::plan::{MapGrid, Selection};

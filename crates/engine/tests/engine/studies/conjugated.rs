@@ -1,8 +1,8 @@
 //! Pressures by another convention: of time, or of angles.
 
+use super::{ORIGIN, run};
 use crate::common::folder::Folder;
 use crate::common::tube::TUBE;
-use super::{ORIGIN, run};
 use rijke_engine::EngineError;
 use rijke_numerics::{C64, Classify};
 use std::f64::consts::PI;

@@ -1,7 +1,7 @@
 //! Laws with a delay that the flow sets: aliases, order, what is not decided, what was not measured.
 
-use crate::common::folder::Folder;
 use super::{ORIGIN, parameter};
+use crate::common::folder::Folder;
 use rijke_engine::run::{Run, StageRecord, Trusted, forecast, modes_at};
 use rijke_study::Study;
 use std::path::Path;

@@ -1,7 +1,7 @@
 //! Parts that are in the rig and have no law.
 
-use crate::common::tube::TUBE;
 use super::{PLAN, two_points};
+use crate::common::tube::TUBE;
 use rijke_engine::run::{Beyond, Run, Trusted, beyond};
 use rijke_study::Study;
 

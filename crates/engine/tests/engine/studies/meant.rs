@@ -1,7 +1,7 @@
 //! Which mode, and which maximum, is meant where the data do not say.
 
-use crate::common::folder::Folder;
 use super::{CAMPAIGN, ORIGIN, PLAN, parameter, run, tube};
+use crate::common::folder::Folder;
 use rijke_engine::run::{AskedPoint, Run, Trusted, forecast, modes_at, with_points};
 use rijke_study::Study;
 
@@ -149,7 +149,9 @@ fn exact_readings_are_the_profile_of_the_gas() {
     let measured = "base.measured = { offset_sd = 0.5 }\n";
     let readings = "point,at [m],temperature [degC],sd [K]\na,0,26.85,1\na,0.4,76.85,1\na,1,126.85,2\n";
     let [by_readings, unread] = both("readings", crate::common::tube::TUBE, measured, Some(readings));
-    let [head, foot] = crate::common::tube::TUBE.split("[[element]]").collect::<Vec<_>>()[..] else { panic!() };
+    let [head, foot] = crate::common::tube::TUBE.split("[[element]]").collect::<Vec<_>>()[..] else {
+        panic!()
+    };
     let unknown = &foot[foot.find("[unknown").unwrap()..];
     let duct = |name: &str, length: &str, kelvin: &str| {
         format!(

@@ -1,8 +1,8 @@
 //! What a misfit of growth rates means: for the probability of instability, and for signs.
 
+use super::{ORIGIN, run};
 use crate::common::folder::Folder;
 use crate::common::tube::TUBE;
-use super::{ORIGIN, run};
 use rijke_engine::run::{Run, Trusted, forecast};
 use rijke_study::Study;
 

@@ -1,5 +1,4 @@
 //! Studies of rigs that have nothing in common with the paper's, from their files.
-#![allow(clippy::unwrap_used, clippy::panic, reason = "helpers of tests")]
 
 mod asked;
 mod conjugated;
@@ -14,13 +13,13 @@ mod sliders;
 mod together;
 
 use crate::common::folder::Folder;
+use crate::common::tube::TUBE;
 use rijke_engine::EngineError;
 use rijke_engine::run::{Run, StageRecord, Trusted, forecast, foresight, modes_at, verdicts, with_points};
 use rijke_rig::DataKind;
 use rijke_study::Study;
 use std::collections::BTreeMap;
 use std::path::Path;
-use crate::common::tube::TUBE;
 
 fn run(folder: &Path) -> Result<Vec<StageRecord>, EngineError> {
     let study = Study::open(folder)?;

@@ -1,7 +1,7 @@
 //! What a page with sliders is given.
 
-use crate::common::folder::Folder;
 use super::{closed_form, two_points};
+use crate::common::folder::Folder;
 use rijke_engine::run::{Run, Trusted, sliders};
 use rijke_study::Study;
 
