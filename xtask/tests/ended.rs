@@ -58,60 +58,70 @@ fn relative(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     made(folder).into_iter().map(|(p, b)| (p.strip_prefix(folder).unwrap().to_owned(), b)).collect()
 }
 
-/// Ends runs by each signal at `moments` moments spread over an undisturbed run. Then a run goes on to the
-/// end.
-fn end_at(name: &str, moments: u32) {
-    let folder = |part: &str| {
-        let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{name}-{part}"));
-        let _ = fs::remove_dir_all(&path);
-        fs::create_dir_all(&path).unwrap();
-        path
+/// An empty folder.
+fn folder(name: &str, part: &str) -> PathBuf {
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{name}-{part}"));
+    let _ = fs::remove_dir_all(&path);
+    fs::create_dir_all(&path).unwrap();
+    path
+}
+
+/// An undisturbed run into a folder: what it made, and how long it took.
+fn whole(name: &str) -> (BTreeMap<PathBuf, Vec<u8>>, Duration) {
+    let made = |part: &str| {
+        let folder = folder(name, part);
+        let begin = Instant::now();
+        complete(&folder);
+        (relative(&folder), begin.elapsed())
     };
-    let whole = folder("whole");
-    complete(&whole);
-    // Once more after cargo has built, for the time.
-    let again = folder("again");
-    let begin = Instant::now();
-    complete(&again);
-    let whole_time = begin.elapsed();
-    let whole = relative(&whole);
-    assert!(whole == relative(&again) && whole.len() > 5);
-    for signal in ["TERM", "INT", "KILL"] {
-        let torn = folder(signal);
-        for moment in 0..moments {
-            // All stages from the beginning, so that every moment of a run is met.
-            let run = start(&torn, &["--fresh"]);
-            thread::sleep(whole_time * moment / moments);
-            let _ = Command::new("kill").args([&format!("-{signal}"), &run.id().to_string()]).status();
-            let ended = { run }.wait().unwrap();
-            if signal != "KILL" {
-                assert_eq!(left(&torn), [""; 0], "SIG{signal} at moment {moment}: {ended}");
-                continue;
-            }
-            // Nobody can wait for it: it ends by itself, at once.
-            let patience = Instant::now();
-            while !left(&torn).is_empty() {
-                assert!(
-                    patience.elapsed() < Duration::from_secs(2),
-                    "left at moment {moment}: {:?}",
-                    left(&torn)
-                );
-            }
-        }
-        complete(&torn);
-        assert!(relative(&torn) == whole, "after SIG{signal}");
+    // Twice, because in the first one cargo may build.
+    let (first, (again, time)) = (made("whole"), made("again"));
+    assert!(first.0 == again && again.len() > 5);
+    (again, time)
+}
+
+/// Ends a run with a signal after some time.
+fn end(folder: &Path, signal: &str, after: Duration) {
+    // All stages from the beginning, so that every moment of a run is met.
+    let run = start(folder, &["--fresh"]);
+    thread::sleep(after);
+    let _ = Command::new("kill").args([&format!("-{signal}"), &run.id().to_string()]).status();
+    let ended = { run }.wait().unwrap();
+    if signal != "KILL" {
+        assert_eq!(left(folder), [""; 0], "SIG{signal} after {after:?}: {ended}");
+        return;
+    }
+    // Nobody can wait for it: it ends by itself, at once.
+    let patience = Instant::now();
+    while !left(folder).is_empty() {
+        assert!(patience.elapsed() < Duration::from_secs(2), "left after {after:?}: {:?}", left(folder));
     }
 }
 
 #[test]
 fn behaviour_a_run_that_is_ended_leaves_no_program_and_goes_on() {
-    end_at("ended", 2);
+    let (whole, time) = whole("ended");
+    let torn = folder("ended", "torn");
+    for signal in ["TERM", "INT", "KILL"] {
+        end(&torn, signal, time / 2);
+    }
+    complete(&torn);
+    assert!(relative(&torn) == whole);
 }
 
 #[test]
 #[ignore = "long: ends 90 runs, three minutes"]
 fn behaviour_a_run_that_is_ended_at_many_moments_leaves_no_program() {
-    end_at("ended-long", 30);
+    const MOMENTS: u32 = 30;
+    let (whole, time) = whole("ended-long");
+    for signal in ["TERM", "INT", "KILL"] {
+        let torn = folder("ended-long", signal);
+        for moment in 0..MOMENTS {
+            end(&torn, signal, time * moment / MOMENTS);
+        }
+        complete(&torn);
+        assert!(relative(&torn) == whole, "after SIG{signal}");
+    }
 }
 
 #[test]

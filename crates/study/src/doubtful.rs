@@ -16,16 +16,22 @@ const LONGEST: f64 = 100.0;
 const MOST_WAVELENGTHS: f64 = 200.0;
 /// Temperature at which the geometry is looked at, K.
 const LAID_OUT: f64 = 293.15;
+/// Temperatures of rooms, K, of which the number was written where degrees Celsius are expected.
+const ROOM: std::ops::RangeInclusive<f64> = 250.0..=330.0;
+/// 0 degrees Celsius, K.
+const ZERO: f64 = 273.15;
 /// Most points that are named.
 const NAMED: usize = 5;
 
 impl Study {
     /// Names of factors that are nearly reserved ones, points that no stage takes because they lack a factor,
-    /// microphones at one place, and sizes that no rig has: each in a sentence with file and remedy.
+    /// rooms as hot as their kelvin in degrees Celsius, microphones at one place, and sizes that no rig has:
+    /// each in a sentence with file and remedy.
     #[must_use]
     pub fn doubtful(&self) -> Vec<String> {
         let mut all = self.campaign.nearly_reserved();
         all.extend(self.without_factor());
+        all.extend(self.rooms());
         all.extend(self.sizes());
         all
     }
@@ -85,6 +91,18 @@ impl Study {
             )
         };
         found.into_iter().map(said).collect()
+    }
+
+    fn rooms(&self) -> Option<String> {
+        let celsius = |point: &Point| point.ambient.map(|t| t[0] - ZERO).filter(|t| ROOM.contains(t));
+        let hot: Vec<&Point> = self.campaign.points.iter().filter(|p| celsius(p).is_some()).collect();
+        let number = celsius(hot.first()?)?;
+        let points: Vec<&str> = hot.iter().map(|p| p.id.as_str()).collect();
+        Some(format!(
+            "{}: T_amb is {number:.1} degC at {}: {number:.1} K is the temperature of a room; if it is meant, write T_amb [K] in the heading",
+            self.campaign.file,
+            named(&points)
+        ))
     }
 
     fn sizes(&self) -> Vec<String> {
@@ -260,6 +278,11 @@ mod tests {
         write("campaign.csv", "point,row,Q [W],T_abm [K]\na,cold,0,293\nb,hot,50,293\n");
         let near = said();
         assert!(near.len() == 1 && near[0].contains("`T_abm`") && near[0].contains("`T_amb`"), "{near:?}");
+        write("campaign.csv", "point,row,Q [W],T_amb [degC]\na,cold,0,293.15\nb,hot,50,294\n");
+        let hot = said();
+        assert!(hot.len() == 1 && hot[0].contains("T_amb is 293.1 degC at a, b: 293.1 K is"), "{hot:?}");
+        write("campaign.csv", "point,row,Q [W],T_amb [degC]\na,cold,0,20\nb,hot,50,180\n");
+        assert_eq!(said(), Vec::<String>::new());
         write("campaign.csv", "point,row,Q [W]\na,cold,0\nb,hot,50\n");
         assert_eq!(said(), Vec::<String>::new());
         write("rig.toml", &rig("44", "[0.1, 0.103]"));
