@@ -16,7 +16,7 @@ const LONGEST: f64 = 100.0;
 const MOST_WAVELENGTHS: f64 = 200.0;
 /// Temperature at which the geometry is looked at, K.
 const LAID_OUT: f64 = 293.15;
-/// Temperatures of rooms, K, of which the number was written where degrees Celsius are expected.
+/// Temperatures of rooms, K. Where degrees Celsius are expected, such a number most often is one.
 const ROOM: std::ops::RangeInclusive<f64> = 250.0..=330.0;
 /// 0 degrees Celsius, K.
 const ZERO: f64 = 273.15;
@@ -25,8 +25,8 @@ const NAMED: usize = 5;
 
 impl Study {
     /// Names of factors that are nearly reserved ones, points that no stage takes because they lack a factor,
-    /// rooms as hot as their kelvin in degrees Celsius, microphones at one place, and sizes that no rig has:
-    /// each in a sentence with file and remedy.
+    /// ambient temperatures in degC whose number is that of a room in K, microphones at one place, and sizes
+    /// that no rig has: each in a sentence with file and remedy.
     #[must_use]
     pub fn doubtful(&self) -> Vec<String> {
         let mut all = self.campaign.nearly_reserved();
@@ -95,9 +95,9 @@ impl Study {
 
     fn rooms(&self) -> Option<String> {
         let celsius = |point: &Point| point.ambient.map(|t| t[0] - ZERO).filter(|t| ROOM.contains(t));
-        let hot: Vec<&Point> = self.campaign.points.iter().filter(|p| celsius(p).is_some()).collect();
-        let number = celsius(hot.first()?)?;
-        let points: Vec<&str> = hot.iter().map(|p| p.id.as_str()).collect();
+        let hot = self.campaign.points.iter().filter_map(|p| Some((p.id.as_str(), celsius(p)?)));
+        let (points, numbers): (Vec<&str>, Vec<f64>) = hot.unzip();
+        let number = numbers.first()?;
         Some(format!(
             "{}: T_amb is {number:.1} degC at {}: {number:.1} K is the temperature of a room; if it is meant, write T_amb [K] in the heading",
             self.campaign.file,

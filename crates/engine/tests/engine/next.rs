@@ -1,7 +1,7 @@
 //! What further measurements would tell, on a tube whose modes have a closed form.
 
 use crate::common::folder::Folder;
-use crate::common::tube::TUBE;
+use crate::common::tube::{TUBE, speed};
 use rand_distr::{Distribution, StandardNormal};
 use rijke_engine::EngineError;
 use rijke_engine::run::{Aim, Next, Run, Trusted, Wish, forecast, next, with_points};
@@ -13,10 +13,6 @@ const PLAN: &str = "name = \"t\"\n[cost]\npoint = \"30 min\"\ninstallation = \"1
                     growth_rate = 0.0\nangular_frequency = 0.0\n";
 /// Standard deviation of a measured growth rate, 1/s.
 const SD: f64 = 40.0;
-
-fn speed() -> f64 {
-    (1.4_f64 * 287.05 * 293.15).sqrt()
-}
 
 /// Two lengths are measured, a third is not.
 fn folder(name: &str) -> Folder {

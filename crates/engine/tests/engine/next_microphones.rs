@@ -2,7 +2,7 @@
 //! would bring.
 
 use crate::common::folder::Folder;
-use crate::common::tube::TUBE;
+use crate::common::tube::{TUBE, speed};
 use rijke_engine::run::{MicrophoneTable, Run, Trusted, Wish, microphones};
 use rijke_numerics::{C64, Matrix};
 use rijke_study::{ObservedMode, ObservedModes, Study};
@@ -17,10 +17,6 @@ const AT: [f64; 4] = [0.1, 0.3, 0.45, 0.7];
 const NOISE: [f64; 2] = [0.03, 0.02];
 /// Variances of gains and of delays (s^2), and the share of each that two microphones have in common.
 const CHANNELS: [[f64; 2]; 2] = [[9e-4, 3e-4], [1e-8, 4e-9]];
-
-fn speed() -> f64 {
-    (1.4_f64 * 287.05 * 293.15).sqrt()
-}
 
 fn eigenvalue(length: f64) -> C64 {
     speed() / length * C64::new(R.ln(), std::f64::consts::PI)

@@ -1,8 +1,9 @@
 //! Four planned points beside the eight of Fig. 11: what is predicted of the points that did not train.
 
-use crate::design_study::{Bench, EIGHT, SEEDS, hours, median};
+use crate::design_study::{Bench, EIGHT, SEEDS, hours};
 use rayon::prelude::*;
 use rijke_engine::run::Aim;
+use rijke_numerics::median;
 
 /// Where `next` starts: lowest and highest power at the middle of the tube.
 const PILOT: [&str; 2] = ["H7-50", "H180-50"];

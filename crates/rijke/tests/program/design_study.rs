@@ -8,7 +8,7 @@ use rijke_engine::SavedModel;
 use rijke_engine::run::{Aim, Next, OpenModel, Run, StageRecord, Trusted, Wish, forecast, next};
 use rijke_flow::{HeatedTube, POWER, TubeCampaign, TubePoint, TubeRig};
 use rijke_lab::{Truth, VirtualRig};
-use rijke_numerics::Streams;
+use rijke_numerics::{Streams, median};
 use rijke_rig::{Observations, OperatingPoint, RecordSource};
 use rijke_signal::{ProcessOptions, process};
 use rijke_study::Study;
@@ -288,12 +288,6 @@ fn one_rig(seed: u64) -> (Vec<Line>, Vec<Foreseen>) {
     lines.extend(more.into_iter().flatten());
     fs::remove_dir_all(&bench.folder).unwrap();
     (lines, foreseen.into_iter().flatten().collect())
-}
-
-pub(crate) fn median(mut all: Vec<f64>) -> f64 {
-    all.sort_by(f64::total_cmp);
-    let middle = all.len() / 2;
-    if all.len() % 2 == 1 { all[middle] } else { 0.5 * (all[middle - 1] + all[middle]) }
 }
 
 /// Least hours of a layout called so that has `nats`.

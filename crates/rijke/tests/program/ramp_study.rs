@@ -121,10 +121,7 @@ fn coverage_of_ramps_beside_settled_points() {
 }
 
 fn median(values: impl Iterator<Item = f64>) -> f64 {
-    let mut all: Vec<f64> = values.collect();
-    all.sort_by(f64::total_cmp);
-    let middle = all.len() / 2;
-    if all.len() % 2 == 1 { all[middle] } else { 0.5 * (all[middle - 1] + all[middle]) }
+    rijke_numerics::median(values.collect())
 }
 
 /// What each way to measure finds in the laboratory of `seed`, in whose flow everything that a fit infers is

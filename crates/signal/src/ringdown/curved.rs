@@ -2,7 +2,7 @@
 //! known. They are taken in blocks of rows, whose columns stay in the cache.
 
 use super::component::Component;
-use super::sums::padded;
+use super::sums::row;
 use super::white::White;
 use crate::dsp::kernels::{LANES, Powers, dots, run};
 use pulp::NullaryFnOnce;
@@ -166,8 +166,7 @@ impl NullaryFnOnce for Sums<'_> {
         let Self { white, from, columns } = self;
         let mut sums = [[0.0; LANES]; 2];
         for (n, (a, b)) in columns[0].iter().zip(&columns[1]).enumerate() {
-            let rest = white.samples.get(n * white.channels + from..).unwrap_or_default();
-            let y = rest.first_chunk::<LANES>().copied().unwrap_or_else(|| padded(rest));
+            let y = row::<LANES>(white, n, from);
             for i in 0..LANES {
                 sums[0][i] += y[i] * a;
                 sums[1][i] += y[i] * b;

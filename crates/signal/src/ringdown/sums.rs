@@ -96,8 +96,7 @@ impl<const N: usize> NullaryFnOnce for Sums<'_, N> {
         let Self { white, from, phasors } = self;
         let [mut a, mut b, mut ta, mut tb] = [[0.0; N]; 4];
         for (n, (re, im)) in phasors.re.iter().zip(&phasors.im).enumerate() {
-            let rest = white.samples.get(n * white.channels + from..).unwrap_or_default();
-            let y = rest.first_chunk::<N>().copied().unwrap_or_else(|| padded(rest));
+            let y = row::<N>(white, n, from);
             for i in 0..N {
                 ta[i] += a[i];
                 tb[i] += b[i];
@@ -114,10 +113,13 @@ impl<const N: usize> NullaryFnOnce for Sums<'_, N> {
     }
 }
 
-/// The last samples of a record and zeros.
+/// `N` samples of row `n`, from channel number `from` on: beyond the last channel come those of the next row,
+/// and beyond the last row zeros.
 #[inline(always)]
-pub(super) fn padded<const N: usize>(rest: &[f64]) -> [f64; N] {
-    std::array::from_fn(|i| rest.get(i).copied().unwrap_or(0.0))
+pub(super) fn row<const N: usize>(white: White<'_>, n: usize, from: usize) -> [f64; N] {
+    let rest = white.samples.get(n * white.channels + from..).unwrap_or_default();
+    let padded = || std::array::from_fn(|i| rest.get(i).copied().unwrap_or(0.0));
+    rest.first_chunk::<N>().copied().unwrap_or_else(padded)
 }
 
 /// Gram matrices of the columns Re(e^{s_k t}), Re(i e^{s_k t}), each over the samples on which both sound,

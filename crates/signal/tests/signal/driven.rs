@@ -187,6 +187,13 @@ impl Driven {
     }
 }
 
+/// The least share inside two stated deviations and the largest root mean square of error over deviation that
+/// chance leaves to so many records whose errors are as stated: three standard errors below 95 % and above 1.
+pub(crate) fn three_errors(count: u64) -> (f64, f64) {
+    let n = count as f64;
+    (0.95 - 3.0 * (0.95 * 0.05 / n).sqrt(), 1.0 + 3.0 / (2.0 * n).sqrt())
+}
+
 /// Records that other systems cut, by name.
 fn attacks() -> Vec<(&'static str, Driven)> {
     let tube = Driven::tube;
@@ -227,11 +234,12 @@ fn attacks() -> Vec<(&'static str, Driven)> {
 
 #[test]
 fn coverage_of_records_that_hold_the_switching_on() {
+    const FEW: u64 = 20;
+    let (least, most) = three_errors(FEW);
     let mut wrong = Vec::new();
     for (name, driven) in attacks() {
-        let (inside, rms, refused) = driven.study(name, 20);
-        // Three standard errors of a share and of an rms of 20.
-        if inside.iter().any(|v| *v < 0.8) || rms.iter().any(|v| *v > 1.48) || refused > 1 {
+        let (inside, rms, refused) = driven.study(name, FEW);
+        if inside.iter().any(|v| *v < least) || rms.iter().any(|v| *v > most) || refused > 1 {
             wrong.push(name);
         }
     }
@@ -312,9 +320,7 @@ fn coverage_of_coloured_noise_with_little_silence_over_200_seeds() {
 }
 
 fn coloured(count: u64) {
-    // Three standard errors of a share below 95 %, and of a root mean square above 1.
-    let least = 0.95 - 3.0 * (0.95 * 0.05 / count as f64).sqrt();
-    let most = 1.0 + 3.0 / (2.0 * count as f64).sqrt();
+    let (least, most) = three_errors(count);
     for quiet in [0.03, 0.05] {
         let coloured = Driven { colour: 0.7, quiet, switched: vec![(0.1, 1.1)], ..Driven::tube() };
         let (inside, rms, refused) = coloured.study(&format!("{quiet} s of silence"), count);

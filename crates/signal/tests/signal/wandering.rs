@@ -60,7 +60,7 @@ fn gain(record: &mut [Vec<f64>], channel: usize, rate_hz: f64, of: impl Fn(f64) 
 fn behaviour_a_gain_that_drifts_is_named_and_left_out() {
     let driven = tube(0.0);
     for (name, drift) in [("a line", 0.02), ("a microphone that warms up", -0.08)] {
-        let found: Vec<_> = (0..8_u64)
+        let found: Vec<_> = (0..12_u64)
             .into_par_iter()
             .map(|seed| {
                 let mut record = driven.record(seed);
@@ -118,7 +118,7 @@ fn behaviour_two_channels_that_differ_are_refused_and_both_named() {
 fn behaviour_a_microphone_that_wanders_is_left_out_and_the_record_survives() {
     let driven = tube(3.0);
     for (size, frequency_hz) in [(3.0, 0.4), (30.0, 0.4), (10.0, 2.0)] {
-        let found: Vec<_> = (0..8_u64)
+        let found: Vec<_> = (0..12_u64)
             .into_par_iter()
             .map(|seed| {
                 let mut record = driven.record(seed);
@@ -136,7 +136,7 @@ fn behaviour_a_microphone_that_wanders_is_left_out_and_the_record_survives() {
             assert!(found.left_out.iter().all(|(m, _)| *m == 4), "{:?}", found.left_out);
             assert!(pull(&driven, found).abs() < 4.5, "{}", pull(&driven, found));
         }
-        assert!(used.len() + 1 >= found.len(), "{size}, {frequency_hz} Hz: {refused:?}");
+        assert!(used.len() >= 11, "{size}, {frequency_hz} Hz: {refused:?}");
     }
 }
 

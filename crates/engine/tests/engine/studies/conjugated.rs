@@ -2,7 +2,7 @@
 
 use super::{ORIGIN, run};
 use crate::common::folder::Folder;
-use crate::common::tube::TUBE;
+use crate::common::tube::{TUBE, speed};
 use rijke_engine::EngineError;
 use rijke_numerics::{C64, Classify};
 use std::f64::consts::PI;
@@ -26,7 +26,7 @@ fn said(name: &str, head: &str, cells: impl Fn(C64) -> String) -> Result<String,
     let microphones = format!(
         "[microphones]\nat = [{a}, {b}, {c}]\nnames = [\"m0\", \"m1\", \"m2\"]\nreference = \"m0\"\n[upstream]"
     );
-    let c = (1.4_f64 * 287.05 * 293.15).sqrt();
+    let c = speed();
     let [one, two] = pressures().map(cells);
     let modes = format!(
         "point,growth_rate [1/s],growth_rate_sd [1/s],frequency [Hz],frequency_sd [Hz],{},{}\na,{:.9},0.5,{:.9},0.05,{one},{two}\n",

@@ -2,6 +2,7 @@
 
 use super::ORIGIN;
 use crate::common::folder::Folder;
+use crate::common::tube::speed;
 use rijke_engine::run::{Run, StageRecord, Trusted};
 use rijke_study::Study;
 
@@ -59,7 +60,7 @@ const PLAN: &str = "name = \"t\"\n[[stage]]\nid = \"s\"\npoints = {}\ncompete = 
 
 /// A gauze that damps, in tubes of four lengths.
 fn tubes(name: &str, first: &str) -> Folder {
-    let c = (1.4_f64 * 287.05 * 293.15).sqrt();
+    let c = speed();
     let length = |k: usize| 1.0 - 0.1 * k as f64;
     let row = |k: usize| {
         let growth = c * 0.97_f64.ln() / length(k) - 1.0;

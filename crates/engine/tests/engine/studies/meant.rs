@@ -2,12 +2,13 @@
 
 use super::{CAMPAIGN, ORIGIN, PLAN, parameter, run, tube};
 use crate::common::folder::Folder;
+use crate::common::tube::speed;
 use rijke_engine::run::{AskedPoint, Run, Trusted, forecast, modes_at, with_points};
 use rijke_study::Study;
 
 #[test]
 fn exact_a_growth_rate_alone_is_of_the_mode_of_its_label_or_of_the_only_one() {
-    let c = (1.4_f64 * 287.05 * 293.15).sqrt();
+    let c = speed();
     let head = "point,growth_rate [1/s],growth_rate_sd [1/s],frequency [Hz],frequency_sd [Hz]\n";
     let grows = |length: f64| c * 0.85_f64.ln() / length;
     let both = format!("a,{:.12},0.1,{:.12},0.05\n", grows(1.0), 0.5 * c);
@@ -86,7 +87,7 @@ fn behaviour_predictions_count_the_other_maxima() {
 
 #[test]
 fn oracle_errors_of_a_factor_count_once_for_each_setting() {
-    let c = (1.4_f64 * 287.05 * 293.15).sqrt();
+    let c = speed();
     let (r, length, of_length) = (0.85_f64, 1.0, 5e-3);
     let [growth, omega] = [c * r.ln() / length, std::f64::consts::PI * c / length];
     let head = "point,growth_rate [1/s],growth_rate_sd [1/s],angular_frequency [rad/s],angular_frequency_sd [rad/s]\n";

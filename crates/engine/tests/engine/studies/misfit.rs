@@ -2,7 +2,7 @@
 
 use super::{ORIGIN, run};
 use crate::common::folder::Folder;
-use crate::common::tube::TUBE;
+use crate::common::tube::{TUBE, speed};
 use rijke_engine::run::{Run, Trusted, forecast};
 use rijke_study::Study;
 
@@ -38,7 +38,7 @@ fn tubes(name: &str, rig: &str, modes: impl Fn(usize) -> [f64; 2]) -> Folder {
 /// Growth rates that scatter by 5 1/s about the model: the misfit counts for stability.
 #[test]
 fn exact_the_probability_of_instability_counts_the_misfit() {
-    let c = (1.4_f64 * 287.05 * 293.15).sqrt();
+    let c = speed();
     let modes = |k: usize| {
         let off = if k < 2 { 5.0 } else { -5.0 };
         [c * 0.97_f64.ln() / length(k) + off, 0.5 * c / length(k)]
@@ -64,7 +64,7 @@ fn exact_the_probability_of_instability_counts_the_misfit() {
 /// Decay rates of four lengths that stand in the table as positive numbers.
 #[test]
 fn message_decay_rates_that_were_given_as_positive_numbers_are_told_by_training_again() {
-    let c = (1.4_f64 * 287.05 * 293.15).sqrt();
+    let c = speed();
     let rig = TUBE.replace("sd = 0.2", "sd = 0.01");
     let modes = |k: usize| [-c * 0.9_f64.ln() / length(k), 0.5 * c / length(k)];
     let folder = tubes("decay-rates", &rig, modes);

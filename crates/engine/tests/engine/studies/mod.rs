@@ -13,7 +13,7 @@ mod sliders;
 mod together;
 
 use crate::common::folder::Folder;
-use crate::common::tube::TUBE;
+use crate::common::tube::{TUBE, speed};
 use rijke_engine::EngineError;
 use rijke_engine::run::{Run, StageRecord, Trusted, forecast, foresight, modes_at, verdicts, with_points};
 use rijke_rig::DataKind;
@@ -55,7 +55,7 @@ fn tube(name: &str, modes: &str) -> Folder {
 
 #[test]
 fn exact_an_unknown_of_the_rig_file_is_found_from_frequencies_and_growth_rates() {
-    let c = (1.4_f64 * 287.05 * 293.15).sqrt();
+    let c = speed();
     let row = |id: &str, length: f64| {
         let (sigma, hertz) = (c * 0.85_f64.ln() / length, 0.5 * c / length);
         format!("{id},{sigma:.12},0.1,{hertz:.12},0.05\n")
@@ -74,7 +74,7 @@ fn exact_an_unknown_of_the_rig_file_is_found_from_frequencies_and_growth_rates()
 
 #[test]
 fn message_an_end_that_feeds_the_modes_is_said() {
-    let c = (1.4_f64 * 287.05 * 293.15).sqrt();
+    let c = speed();
     let head = "point,growth_rate [1/s],growth_rate_sd [1/s],frequency [Hz],frequency_sd [Hz]\n";
     let said = |r: f64| {
         let row = |id: &str, length: f64| {
@@ -117,7 +117,7 @@ fn message_two_modes_of_a_point_must_be_two() {
 
 /// Growth rate and frequency (Hz) of the first mode of a tube of r = 0.85, from s = c (ln r + i pi)/L.
 fn closed_form(length: f64) -> [f64; 2] {
-    let c = (1.4_f64 * 287.05 * 293.15).sqrt();
+    let c = speed();
     [c * 0.85_f64.ln() / length, 0.5 * c / length]
 }
 
@@ -268,7 +268,7 @@ fn exact_waves_in_a_mean_flow_have_the_closed_form() {
     let s = |k: usize| {
         modes_at(&study, Some(&observations), None, k, [None, Some(250.0)]).unwrap().1.modes.modes[0].s
     };
-    let c = (1.4_f64 * 287.05 * 293.15).sqrt();
+    let c = speed();
     let density = 101_325.0 / (287.05 * 293.15);
     let mach = 0.1 / (density * std::f64::consts::PI * 0.025 * 0.025) / c;
     let expected = |length: f64, mach: f64| c * (1.0 - mach * mach) * 0.9_f64.ln() / length;

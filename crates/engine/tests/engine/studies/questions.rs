@@ -1,6 +1,7 @@
 //! Questions: what their keys are, and what they refuse.
 
 use super::{PLAN, closed_form, two_points};
+use crate::common::tube::speed;
 use rijke_engine::run::{Run, Trusted, keys_of_questions, open};
 use rijke_numerics::C64;
 use rijke_study::Study;
@@ -87,7 +88,7 @@ fn exact_the_effect_of_a_loss_is_the_closed_form() {
     let density = 101_325.0 / (287.05 * 293.15);
     let with = |length: f64, k: f64| {
         let [sigma, hertz] = closed_form(length);
-        let c = (1.4_f64 * 287.05 * 293.15).sqrt();
+        let c = speed();
         let s0 = C64::new(sigma, std::f64::consts::TAU * hertz);
         let (half, z) = (0.5 * k / density, 0.15 / 1.85);
         let mut s = s0;

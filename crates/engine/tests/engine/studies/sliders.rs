@@ -2,6 +2,7 @@
 
 use super::{closed_form, two_points};
 use crate::common::folder::Folder;
+use crate::common::tube::speed;
 use rijke_engine::run::{Run, Trusted, sliders};
 use rijke_study::Study;
 
@@ -16,7 +17,7 @@ fn exact_settings_of_sliders_have_the_closed_form() {
         sliders(&study, &observations, &record, &run.saved("s").unwrap())
     };
     let found = given(&two_points("sliders", &[])).unwrap();
-    let c = (1.4_f64 * 287.05 * 293.15).sqrt();
+    let c = speed();
     let closed = |r: f64, x: f64| [c * r.ln() / x, std::f64::consts::PI * c / x];
     let same = |a: [f64; 2], b: [f64; 2]| (a[0] - b[0]).hypot(a[1] - b[1]) < 1e-9 * b[1];
     let r = found.parameters[0].value;

@@ -30,8 +30,8 @@ fn coverage_of_the_gas_at_old_and_new_points_over_400_draws() {
     gas_is_covered(400, 0.0);
 }
 
-/// Of so many draws; `slack` is by how much fewer of them may leave the shares that 400 keep: the difference
-/// of three standard errors.
+/// Holds the shares of so many draws to bounds for 400; `slack` widens these by what three standard errors
+/// of fewer draws are more.
 fn gas_is_covered(draws: u64, slack: f64) {
     for count in [3, 20] {
         // Scatter as its prior has it, then the same in all draws: what is not excluded counts, so that none
