@@ -232,6 +232,13 @@ impl Jet {
         (self * &self.conj()).re().sqrt()
     }
 
+    /// Adds `factor` times `other`.
+    pub fn add_scaled(&mut self, other: &Self, factor: C64) {
+        self.value += factor * other.value;
+        let both = self.gradient.iter_mut().zip(&other.gradient);
+        both.chain(self.hessian.iter_mut().zip(&other.hessian)).for_each(|(a, b)| *a += factor * b);
+    }
+
     fn map_linear(&self, f: impl Fn(C64) -> C64) -> Self {
         Self {
             value: f(self.value),
@@ -342,7 +349,9 @@ mod tests {
         let w = &(&z.exp() / &z.sqrt()) - &(&v[2] * &z).sin();
         let y = &(&w.ln() * &z.cos()) + &(&v[2].tanh() * &z.powi(3));
         let k = &y.powf(1.7) + &(&z.abs() * &w.conj().re());
-        &k.shift(C64::new(0.1, 0.2)) + &(-&y.im())
+        let mut all = &k.shift(C64::new(0.1, 0.2)) + &(-&y.im());
+        all.add_scaled(&w, C64::new(0.2, -0.4));
+        all
     }
 
     #[test]

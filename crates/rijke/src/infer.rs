@@ -3,8 +3,7 @@
 
 use crate::ui::Ui;
 use rijke_engine::folder::{InferredNetwork, infer_networks};
-use rijke_engine::run::{FarOff, Trusted};
-use rijke_engine::told::reasons;
+use rijke_engine::run::Trusted;
 use rijke_numerics::words::quantity;
 use rijke_numerics::{Failed, StagedFolder, write_output};
 use serde_json::json;
@@ -78,8 +77,6 @@ fn print(ui: &Ui, found: &[InferredNetwork]) {
         }
         let [growth, frequency, _] = f.model().misfit;
         ui.say(format!("  model error: {growth:.3} 1/s, {:.3} Hz", frequency / TAU));
-        let far = FarOff::of(&f.stage.measured, f.model()).map(|far| far.words());
-        let remarks = far.iter().map(String::as_str).chain(reasons(&f.model().remark));
-        remarks.for_each(|remark| ui.say(format!("  check: {remark}")));
+        f.remarks().iter().for_each(|remark| ui.say(format!("  check: {remark}")));
     }
 }

@@ -66,6 +66,18 @@ pub enum StudyProblem {
         /// The duct.
         part: String,
     },
+    /// A stage whose models do not say what an end reflects.
+    #[error(
+        "stage `{stage}`: the {end} end is \"free\" in rig.toml, and no candidate of this stage says what it reflects: {remedy}"
+    )]
+    FreeEnd {
+        /// The stage.
+        stage: String,
+        /// `upstream` or `downstream`.
+        end: &'static str,
+        /// What to write.
+        remedy: String,
+    },
     /// A duct of another gas where the flow of one gas is inferred.
     #[error(
         "rig.toml gives `{part}` a gas of its own, and this base state is inferred for one gas; write base = \"rig\" or \"ambient\", or take gamma \

@@ -82,8 +82,7 @@ impl ModeCase {
     /// A rig as studies have it, with quantities, formulas and unknowns; `error` says why it is no plain
     /// network file.
     fn rig(path: &Path, text: &str, limits: [Option<f64>; 2], error: &str) -> Result<Self, Failed> {
-        const REMEDY: &str =
-            "A rig of a study whose numbers depend on an operating point needs one: --point ID.";
+        const REMEDY: &str = "Give the unknown a table [unknown.NAME] with a prior; where the name is a factor of a campaign beside this file, add --point ID.";
         let study = Study::of_rig(path).map_err(|of_the_study| {
             // A file of studies, or one whose numbers have units.
             let text_of_a_number = error.split("invalid type: string \"").nth(1).unwrap_or_default();

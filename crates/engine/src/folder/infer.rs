@@ -4,6 +4,7 @@
 use super::study::{doubts_of, of_the_engine, warn_of_copies};
 use crate::run::{EvidenceRecord, MeasuredRecord, ModelRecord, Run, StageRecord, Trusted};
 use crate::{EngineError, SavedModel};
+use rijke_network::file::{ElementProblem, FileError, read};
 use rijke_numerics::{Classify, Failed, Tell, write_within};
 use rijke_study::{ObservedModes, OneTable, Study, filled_rig};
 use serde_json::json;
@@ -116,8 +117,27 @@ impl InferredNetwork {
             "model_error": { "growth_rate": growth, "frequency_hz": frequency / TAU, "pressure": pressure },
             "covariance": self.covariance(),
             "residuals": self.residuals(),
-            "remark": model.remark,
+            "remark": Some(self.remarks().join("\n")).filter(|all| !all.is_empty()),
         })
+    }
+
+    /// What there is to say against it, a sentence each: what it misses, numbers that no network has, and
+    /// what training says.
+    pub fn remarks(&self) -> Vec<String> {
+        let trained = self.model().remarks().map(str::to_owned);
+        self.stage.missed.clone().into_iter().chain(self.impossible()).chain(trained).collect()
+    }
+
+    /// A number of the fitted network that no network can have.
+    fn impossible(&self) -> Option<String> {
+        let Err(FileError::Element { place, problem, .. }) = read(&self.fitted().ok()?) else { return None };
+        use ElementProblem::{Angle, HoleTooWide, Negative, NotPositive, Part};
+        matches!(problem, Angle { .. } | HoleTooWide { .. } | Negative { .. } | NotPositive { .. } | Part { .. })
+            .then(|| {
+                format!(
+                    "no network has the most probable numbers: {place}: {problem}; give a prior on values that can be, or look for what the model lacks"
+                )
+            })
     }
 
     /// Names of what was inferred, in the order of rows and columns, and the covariance.

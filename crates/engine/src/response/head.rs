@@ -125,7 +125,7 @@ impl Heard {
         };
         let count = answers[range.start].len() / measured[range.start].values.len().max(1);
         let first = range.start;
-        let at = |(k, field): (usize, &Field)| field.told(&|m, j| answers[first + m][k * count + j].clone());
+        let at = |(k, field): (usize, &Field)| field.told(&|m, j| &answers[first + m][k * count + j]);
         fields.iter().enumerate().flat_map(at).collect()
     }
 

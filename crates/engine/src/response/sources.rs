@@ -97,17 +97,24 @@ impl Field {
 
     /// What the microphones hear, up to what the sources can make: P (H - H0) a0. `answer` gives H by
     /// microphone and source.
-    pub(super) fn told(&self, answer: &dyn Fn(usize, usize) -> Jet) -> Vec<Jet> {
+    pub(super) fn told<'j>(&self, answer: &dyn Fn(usize, usize) -> &'j Jet) -> Vec<Jet> {
         let moved = |(m, row): (usize, &Vec<C64>)| {
-            let one = |(j, h): (usize, &C64)| answer(m, j).shift(-h).scale(self.amplitudes[j]);
-            row.iter().enumerate().map(one).reduce(|a, b| &a + &b)
+            let mut sources = row.iter().zip(&self.amplitudes).enumerate();
+            let (j, (h, a)) = sources.next()?;
+            let mut sum = answer(m, j).shift(-h);
+            sum *= *a;
+            for (j, (h, a)) in sources {
+                sum.add_scaled(answer(m, j), *a);
+                sum += -h * a;
+            }
+            Some(sum)
         };
         let mut all: Vec<Jet> = self.about.iter().enumerate().filter_map(moved).collect();
         for q in &self.basis {
-            let share = all.iter().zip(q).map(|(z, q)| z.scale(q.conj())).reduce(|a, b| &a + &b);
-            if let Some(share) = share {
-                all.iter_mut().zip(q).for_each(|(z, q)| *z = &*z - &share.scale(*q));
-            }
+            let Some((first, others)) = all.split_first() else { break };
+            let mut share = first.scale(q[0].conj());
+            others.iter().zip(&q[1..]).for_each(|(z, q)| share.add_scaled(z, q.conj()));
+            all.iter_mut().zip(q).for_each(|(z, q)| z.add_scaled(&share, -q));
         }
         all
     }

@@ -17,8 +17,9 @@ use crate::gaussian::handed_on;
 use crate::rows::Row;
 use crate::run::{EvidenceRecord, TrainedParameter};
 use crate::{Assembly, EngineError, NamedGaussian};
+use rayon::prelude::*;
 use rijke_inference::Parameters;
-use rijke_numerics::C64;
+use rijke_numerics::{C64, InOrder};
 use rijke_study::plan::SdSpec;
 use rijke_study::responses::{ResponseKind, ResponseStage, Responses as Observed};
 use rijke_study::{Candidate, Cause, ErrorTerm, Study};
@@ -82,12 +83,10 @@ impl ResponseRun {
     /// Those of [`ResponseRun::next_stage`].
     pub fn next_stage_with(
         &mut self,
-        trained: &dyn Fn(),
+        trained: &(dyn Fn() + Sync),
     ) -> Result<Option<ResponseStageRecord>, EngineError> {
         let Some(stage) = self.study.plan.responses.get(self.grounds.len()).cloned() else { return Ok(None) };
         let data = Selected::new(&self.study, &self.observed, &stage)?;
-        let mut models = Vec::new();
-        let mut found: Vec<Option<Learned>> = Vec::new();
         let chosen = self.known.iter().map(|(id, before)| (id.clone(), before.choice.clone())).collect();
         let rows = rows_of(&self.study, &stage, &chosen);
         if rows.is_empty() {
@@ -95,12 +94,13 @@ impl ResponseRun {
                            on which this one stands";
             return Err(EngineError::Refused { stage: stage.id, problem: problem.to_owned() });
         }
-        for row in &rows {
-            let (record, gaussian) = self.row(&stage, row, &data)?;
-            models.push(record);
-            found.push(gaussian);
+        let one = |row| {
+            let found = self.row(&stage, row, &data);
             trained();
-        }
+            found
+        };
+        let (models, found): (Vec<_>, Vec<Option<Learned>>) =
+            rows.par_iter().map(one).in_order::<Result<_, EngineError>>()?;
         let best = (0..models.len())
             .filter(|k| found[*k].is_some())
             .max_by(|a, b| models[*a].ln_evidence().total_cmp(&models[*b].ln_evidence()));

@@ -23,6 +23,9 @@ const FEW: usize = 6;
 /// deviation.
 const PASSIVE: f64 = 1.01;
 
+/// Two eigenvalues that differ by less than this part of their size are one.
+const ONE_MODE: f64 = 1e-7;
+
 /// A misfit of relative pressures beyond which mode shapes do not fit.
 const SHAPES: f64 = 0.1;
 
@@ -63,13 +66,14 @@ pub(super) fn doubts(
         // Repeats of one point do not ask for an explanation.
         if floats[k] && scatter > MANY * sd && misfit[k] > MANY * sd && misfit[k] > NOTHING * scatter {
             all.push(format!(
-                "the misfit of {what}, {}, is as large as they differ from each other ({}): the model explains none of it; check units and signs",
+                "the misfit of {what}, {}, is as large as they differ from each other ({}): the model explains none of it; check units, signs and priors",
                 shown(misfit[k]),
                 shown(scatter)
             ));
         }
         all.extend(outlying(&there, sd).map(|found| found.said(what, shown)));
     }
+    all.extend(one_mode_twice(observed, predicted));
     if misfit[2] > SHAPES {
         all.push(format!(
             "mode shapes do not fit (misfit {:.2} of relative pressures): check order, places and gains of the microphones",
@@ -77,6 +81,25 @@ pub(super) fn doubts(
         ));
     }
     all
+}
+
+/// Two measured modes of one point that the model has for one.
+fn one_mode_twice(observed: &[Observed], predicted: &[[f64; 2]]) -> Option<String> {
+    let here = |k: usize| (&observed[k].conditions.id, &observed[k].mode.label);
+    let same = |a: usize, b: usize| {
+        let apart = (0..2).map(|i| (predicted[a][i] - predicted[b][i]).abs()).fold(0.0, f64::max);
+        here(a).0 == here(b).0 && here(a).1 != here(b).1 && apart < ONE_MODE * predicted[a][1].abs()
+    };
+    let pairs = || (0..observed.len()).flat_map(|b| (0..b).map(move |a| (a, b))).filter(|&(a, b)| same(a, b));
+    let (a, b) = pairs().next()?;
+    let (point, of_it) = (here(a).0, pairs().count());
+    let more = if of_it > 1 { format!(", the first of {of_it} such pairs,") } else { String::new() };
+    Some(format!(
+        "the modes `{}` and `{}` of point {point}{more} are one mode of this model: if they are one, take one of them out, or give both the same \
+         label; if they are two, the model lacks one",
+        here(a).1,
+        here(b).1
+    ))
 }
 
 /// An observation, what was measured and what the model says.

@@ -10,17 +10,16 @@ const LARGE: [f64; 2] = [0.1, 3e-3];
 
 /// By how much a model misses growth rates (0) and angular frequencies (1): root mean square misfit.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FarOff {
+pub(super) struct FarOff {
     /// Over the root mean square of what was measured.
-    pub of_size: [f64; 2],
+    of_size: [f64; 2],
     /// Over that of its stated errors.
-    pub of_errors: [f64; 2],
+    of_errors: [f64; 2],
 }
 
 impl FarOff {
     /// Of a model that misses the measurements by many of their errors, and by much; else none.
-    #[must_use]
-    pub fn of(measured: &[MeasuredRecord], model: &ModelRecord) -> Option<Self> {
+    pub(super) fn of(measured: &[MeasuredRecord], model: &ModelRecord) -> Option<Self> {
         let growth: Vec<[f64; 2]> = measured.iter().filter_map(|m| m.growth_rate).collect();
         let frequency: Vec<[f64; 2]> = measured.iter().filter_map(|m| m.angular_frequency).collect();
         Self::by([&growth, &frequency], [model.misfit[0], model.misfit[1]])
@@ -43,8 +42,7 @@ impl FarOff {
     }
 
     /// A sentence without its stop.
-    #[must_use]
-    pub fn words(&self) -> String {
+    pub(super) fn words(&self) -> String {
         let missed = |k: usize| {
             let (what, digits) = [("growth rates", 0), ("frequencies", 1)][k];
             let (size, errors) = (100.0 * self.of_size[k], self.of_errors[k]);
@@ -54,7 +52,7 @@ impl FarOff {
         };
         let all: Vec<String> = (0..2).filter_map(missed).collect();
         format!(
-            "{}: the model lacks something, or lengths, temperatures, the rate of the records or the order of points are wrong",
+            "{}: the model lacks something, or lengths, temperatures, priors, the rate of the records or the order of points are wrong",
             all.join(", ")
         )
     }

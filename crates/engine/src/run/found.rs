@@ -150,13 +150,16 @@ impl ExactLengths {
     #[must_use]
     pub fn words(&self) -> String {
         let Self { models: [leader, next], lead, smallest } = self;
-        let error = |e: &LengthError| format!("{:+.2} mm on the {}", 1e3 * e.by, e.what);
+        // Found by slopes: further digits would promise what training again does not keep.
+        let digits = |mm: f64| usize::from(mm.abs() < 1.0);
+        let error =
+            |e: &LengthError| format!("about {:+.1$} mm on the {2}", 1e3 * e.by, digits(1e3 * e.by), e.what);
         let by = match &smallest[..] {
             [] => "no error of one of them below a twentieth of the rig".to_owned(),
             some => some.iter().map(error).collect::<Vec<_>>().join(", or "),
         };
         format!(
-            "lengths are taken as exact: {by} would reverse the lead of {leader} over {next}, {lead:.1} nats, to first order"
+            "lengths are taken as exact: {by} would reverse the lead of {leader} over {next}, {lead:.1} nats, by slopes at the fit: train again with that length to be sure"
         )
     }
 }

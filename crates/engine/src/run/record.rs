@@ -36,6 +36,10 @@ pub struct StageRecord {
     /// if it is right.
     #[serde(default)]
     pub assumes: Vec<String>,
+    /// By how much the model that goes on misses what was measured, in a sentence without its stop, if that
+    /// is many errors and much.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub missed: Option<String>,
     /// The models that the evidence of this stage leaves open, with what the stages that stand on it make of
     /// them; none where it decides.
     #[serde(default)]

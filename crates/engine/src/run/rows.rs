@@ -119,6 +119,7 @@ impl Run {
         // Not in the first pass of a course whose evidence is checked further.
         if trusted != Trusted::Laplace || self.trusted == Trusted::Laplace {
             doubts.extend(self.turned(stage, row, &found)?);
+            doubts.extend(self.miswired(stage, row, &found)?);
         }
         let apart =
             |(a, b): (&[f64; 2], &[f64; 2])| (a[0] - b[0]).hypot(a[1] - b[1]) > 1e-6 * b[0].hypot(b[1]);

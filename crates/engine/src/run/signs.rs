@@ -63,7 +63,7 @@ impl Run {
     }
 
     /// By how much a model gains with the data that `change` makes, nats, where that leads.
-    fn gain(
+    pub(super) fn gain(
         &self,
         stage: &Stage,
         row: &Row,

@@ -3,6 +3,7 @@
 use super::ahead::open_beside;
 use super::compete::{best_of, goes_on, with_later};
 use super::course::{Beside, Done, Run};
+use super::far::FarOff;
 use super::inputs::selected;
 use super::record::{CarriedOn, MeasuredRecord, ModelRecord, StageRecord};
 use crate::EngineError;
@@ -87,15 +88,19 @@ impl Run {
             lengths = if self.lengths { self.exact_lengths(&stage, &done.rows) } else { None };
         }
         let points = selected(&self.study, &self.observed, &stage.points);
+        let measured: Vec<MeasuredRecord> = points.iter().map(MeasuredRecord::of).collect();
+        let goes_on = models.iter().find(|m| m.id == chosen);
+        let missed = goes_on.and_then(|model| Some(FarOff::of(&measured, model)?.words()));
         Ok(Some(StageRecord {
             id: stage.id,
             title: stage.title,
-            measured: points.iter().map(MeasuredRecord::of).collect(),
+            measured,
             models,
             winner,
             chosen,
             decides: stage.decides,
             assumes,
+            missed,
             carried,
             missing,
             lengths,

@@ -8,10 +8,13 @@ pub fn reasons(remark: &Option<String>) -> impl Iterator<Item = &str> {
     remark.iter().flat_map(|remark| remark.lines())
 }
 
-/// Says of a parameter that the data tell next to nothing of it.
-pub(super) fn not_identified(p: &TrainedParameter, tell: &dyn Tell) {
+/// Says of a parameter that the data tell next to nothing of it, `missed` if the model misses them by far.
+pub(super) fn not_identified(p: &TrainedParameter, missed: bool, tell: &dyn Tell) {
     if p.is_as_before() {
-        tell.say(format!("          not identified by these data: {} is as its prior", p.name));
+        tell.say(match missed {
+            true => format!("          beside so large a misfit these data tell nothing of {}: it is as its prior, which may be what is wrong", p.name),
+            false => format!("          not identified by these data: {} is as its prior", p.name),
+        });
     }
 }
 

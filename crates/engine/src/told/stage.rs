@@ -1,7 +1,7 @@
 //! What is said of a stage that trained on modes, and of its gas.
 
 use super::doubts::{not_identified, warn_of_prior};
-use crate::run::{Asked, FarOff, Missing, StageRecord};
+use crate::run::{Asked, Missing, StageRecord};
 use rijke_numerics::Tell;
 use rijke_numerics::words::{counted, quantity, rounded, with_sd};
 use rijke_study::HeatedFit;
@@ -58,8 +58,8 @@ pub fn tell_stage(stage: &StageRecord, tell: &dyn Tell) {
             rounded(pressure)
         );
         tell.say(if trained { misfit } else { "      no mode was measured: nothing was trained".to_owned() });
-        if let Some(far) = FarOff::of(&stage.measured, model) {
-            tell.say(format!("      {}", far.words()));
+        if let Some(missed) = &stage.missed {
+            tell.say(format!("      {missed}"));
         }
         for p in &model.parameters {
             let averaged = p.averaged.map_or(String::new(), |[value, sd]| {
@@ -67,7 +67,7 @@ pub fn tell_stage(stage: &StageRecord, tell: &dyn Tell) {
             });
             tell.say(format!("      {} = {}{averaged}", p.name, quantity(p.value, p.sd, &p.unit)));
             if trained {
-                not_identified(p, tell);
+                not_identified(p, stage.missed.is_some(), tell);
             }
             warn_of_prior(p, tell);
         }

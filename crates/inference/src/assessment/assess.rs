@@ -159,7 +159,10 @@ impl Posterior<'_> {
         health.unidentified = self.unidentified(laplace)?;
         health.at_bound = self.at_bound(fit, laplace);
         if !health.at_bound.is_empty() {
-            health.warnings.push(format!("at a bound: {}", health.at_bound.join(", ")));
+            let all = health.at_bound.join(", ");
+            health
+                .warnings
+                .push(format!("at a bound: {all}; if values beyond it are possible, widen the prior"));
         }
         health.conflict = self.conflict(fit, laplace)?;
         health.warnings.extend(health.conflict.warnings().iter().map(ToString::to_string));

@@ -138,17 +138,26 @@ impl Posterior<'_> {
             let near = match parameter.coordinates {
                 // A Gaussian that is cut by a bound is none.
                 Coordinates::Natural => a - low < sds[i] || high - a < sds[i],
-                // 0.1 % of the width.
-                Coordinates::Logit => z.abs() > 7.0,
+                // A likelihood that is largest at a bound, or beyond it, has its maximum in these coordinates
+                // at most sqrt(2) of the standard deviation there away from it.
+                Coordinates::Logit => {
+                    let distance = (a - low).min(high - a);
+                    z.abs() > 7.0 || (distance < CUT * sds[i] && sds[i] < NARROW * (high - low))
+                }
                 Coordinates::Log => false,
             };
             if near {
-                found.push(format!("{} = {a:.4e} {}", parameter.name, parameter.unit));
+                let bound = if a - low < high - a { low } else { high };
+                found.push(format!("{} = {a:.4e} {} (bound {bound:.4e})", parameter.name, parameter.unit));
             }
         }
         found
     }
 }
+
+/// How near to a bound, in standard deviations, and how narrow, in widths of its prior, a posterior is cut.
+const CUT: f64 = 1.5;
+const NARROW: f64 = 0.1;
 
 /// A quadratic likelihood with the exact prior of `parameters`.
 struct Surrogate {

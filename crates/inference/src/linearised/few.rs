@@ -11,8 +11,10 @@
 //!   that step, taken in t, is exact: t n/(n - q).
 //! * A variance v, of which noise g brings v_g, is as certain as one from 2 v^2/(v' I^-1 v) degrees of
 //!   freedom (Satterthwaite, Biometrics Bull. 2 (1946) 110; for mixed models Giesbrecht & Burns, Biometrics
-//!   41 (1985) 477). Of that interval of Student's t which holds the truth with the probability of two
-//!   standard deviations, half of the half-width is stated: "two standard deviations" means what it says.
+//!   41 (1985) 477), with I after that step: beside a floor of variance f it grows as (t_g/(t_g + f))^2, so
+//!   that what is unknown of t_g is in proportion to t_g + f. Of that interval of Student's t which holds the
+//!   truth with the probability of two standard deviations, half of the half-width is stated: "two standard
+//!   deviations" means what it says.
 
 use super::{Floating, Linearised};
 use rijke_numerics::{Cholesky, Matrix, dot};
@@ -54,19 +56,15 @@ impl Linearised {
         let inner: Vec<Matrix> =
             through.iter().map(|t| Matrix::from_fn(p, p, |i, j| dot(&learnt[i], &t[j]))).collect();
         let turned: Vec<Vec<Option<Matrix>>> = noises.iter().map(|f| self.turned(f)).collect();
+        let whole = |g: usize, h: usize| -> f64 {
+            let both = turned[g].iter().zip(&turned[h]).filter_map(|(a, b)| a.as_ref().zip(b.as_ref()));
+            both.map(|(a, b)| trace_of_product(a, b)).sum()
+        };
         let information = Matrix::from_fn(noises.len(), noises.len(), |g, h| {
-            let whole: f64 = turned[g]
-                .iter()
-                .zip(&turned[h])
-                .map(|pair| match pair {
-                    (Some(a), Some(b)) => trace_of_product(a, b),
-                    _ => 0.0,
-                })
-                .sum();
             let once: f64 =
                 (0..p).map(|j| dot(&through[g][j], &self.without_covariance(&through[h][j]))).sum();
             let prior = if g == h { 0.25 * noises[g].precision } else { 0.0 };
-            0.5 * (whole - 2.0 * once + trace_of_product(&inner[g], &inner[h])) + prior
+            0.5 * (whole(g, h) - 2.0 * once + trace_of_product(&inner[g], &inner[h])) + prior
         });
         let Ok(factor) = Cholesky::new(&information) else { return known() };
         let slope: Vec<f64> = inner.iter().map(|m| 0.5 * (0..p).map(|i| m[(i, i)]).sum::<f64>()).collect();
@@ -74,17 +72,20 @@ impl Linearised {
         let step =
             factor.solve(&slope).into_iter().zip(&noises).map(|(s, f)| 1.0 + s.clamp(0.0, f.count.max(1.0)));
         let step: Vec<f64> = step.collect();
+        // What is unknown of the variance of its data, and so of its own, grows as that variance does.
+        let grown = |(g, step): (usize, &f64)| 1.0 + (step - 1.0) * whole(g, g) / noises[g].count;
+        let grown: Vec<f64> = step.iter().enumerate().map(grown).collect();
         let parameter = |j: usize| {
             let s: Vec<f64> = (0..p).map(|i| self.root[(i, j)]).collect();
             let now: Vec<f64> = inner.iter().map(|m| m.quadratic(&s)).collect();
-            let shares: Vec<f64> = now.iter().zip(&step).map(|(v, step)| v * step).collect();
             let before = dot(&s, &s);
-            let after = before + shares.iter().sum::<f64>() - now.iter().sum::<f64>();
-            let spread = dot(&shares, &factor.solve(&shares));
+            let after = before + now.iter().zip(&step).map(|(v, step)| v * (step - 1.0)).sum::<f64>();
+            let unknown: Vec<f64> = now.iter().zip(&grown).map(|(v, grown)| v * grown).collect();
+            let spread = dot(&unknown, &factor.solve(&unknown));
             (after / before).sqrt() * student(2.0 * after * after / spread)
         };
         let inverse = factor.inverse();
-        let noise = |g: usize| (noises[g].group, [step[g], inverse[(g, g)]]);
+        let noise = |g: usize| (noises[g].group, [step[g], inverse[(g, g)] * (grown[g] / step[g]).powi(2)]);
         Few { parameters: (0..p).map(parameter).collect(), noises: (0..noises.len()).map(noise).collect() }
     }
 

@@ -10,6 +10,7 @@
 mod convergence;
 mod delays;
 mod evidence;
+mod few;
 mod health;
 mod invariance;
 mod kernelled;

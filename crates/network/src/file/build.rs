@@ -111,6 +111,14 @@ pub(super) fn build(text: &str, file: &File, redraw: Option<Redraw<'_>>) -> Resu
             assembly.places.extend(along.places.iter().map(|place| (*place, device.called.clone())));
         }
     }
+    if file.flow.is_none() {
+        for Placed { item, element, .. } in &placed {
+            if let Element::Screen { loss: Some(_), .. } = element {
+                let why = "it is the loss of a mean flow, and the file has no [flow]";
+                assembly.warnings.push(Warning::idle(item, "loss", why, "give [flow], or `resistance`"));
+            }
+        }
+    }
     let line = line_of_table(text, "flow");
     let flow = file.flow.as_ref().map(|flow| assembly.flow(line, flow, &placed)).transpose()?;
     let machs = flow.as_ref().map(|f| [0, f.states().len() - 1].map(|i| f.states()[i].mach(f.gammas()[i])));

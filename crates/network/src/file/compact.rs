@@ -5,6 +5,7 @@ use super::assembly::{Assembly, Attached, Role};
 use super::error::FileError;
 use super::item::Item;
 use super::problem::ElementProblem;
+use super::routh::grows;
 use super::schema;
 use super::schema::{Coefficient, Direction, Element, Outlet, Transfer};
 use super::spread::Along;
@@ -39,6 +40,9 @@ impl Assembly<'_> {
             return Ok(Law::Scaled(Box::new(Law::Table(table)), C64::new(gain, 0.0)));
         }
         let mut denominator = item.polynomial("denominator", &t.denominator)?;
+        if grows(&denominator) {
+            return Err(item.fail(ElementProblem::Grows { key: "denominator" }));
+        }
         if let Some(f) = t.cutoff_hz {
             let time = 1.0 / (2.0 * PI * item.positive("cutoff_hz", f)?);
             denominator.push(0.0);
@@ -98,13 +102,11 @@ impl Assembly<'_> {
                 item.positive("diameter", *diameter)?;
                 item.not_negative("thickness", *thickness)?;
                 item.not_negative("drag", *drag)?;
-                let open = match porosity {
-                    None => 0.25 * PI * diameter * diameter / here.area,
-                    Some(part) if *part > 0.0 && *part <= 1.0 => *part,
-                    Some(value) => {
-                        return Err(item.fail(ElementProblem::Part { key: "porosity", value: *value }));
-                    }
-                };
+                let part = 0.25 * PI * diameter * diameter / here.area;
+                let open = porosity.map_or(Ok(part), |value| item.part("porosity", value))?;
+                if part > open * (1.0 + 1e-9) {
+                    return Err(item.fail(ElementProblem::PartOfAHole { part, porosity: open }));
+                }
                 // On either side 8/(3 pi) radii (Rienstra & Hirschberg, section 4.4.3, as in the paper), less
                 // by Fok's function in a tube of finite width: the duct, or for one of many holes its share
                 // of the duct (Melling 1973).
@@ -135,12 +137,10 @@ impl Assembly<'_> {
                 item.not_negative("effective_length", *effective_length)?;
                 let loss = match (open_area, loss) {
                     (None, loss) => item.not_negative("loss", loss.unwrap_or(0.0))?,
-                    (Some(part), None) if *part > 0.0 && *part <= 1.0 => {
+                    (Some(part), None) => {
+                        let part = item.part("open_area", *part)?;
                         // Idelchik 1986, diagram 8-6: round wires, Re above 1000.
                         1.3 * (1.0 - part) + (1.0 / part - 1.0).powi(2)
-                    }
-                    (Some(value), None) => {
-                        return Err(item.fail(ElementProblem::Part { key: "open_area", value: *value }));
                     }
                     (Some(_), Some(_)) => {
                         return Err(item.fail(ElementProblem::OneOf { one: "open_area", other: "loss" }));
@@ -295,6 +295,15 @@ impl Assembly<'_> {
             tolerance: *tolerance,
         };
         self.passive &= gain == 0.0;
+        if n.is_some_and(|n| n != 0.0) && mean.abs() < 1e-12 {
+            let why = "it is times the heat that warms the gas, and the gas is as warm behind the flame as before it";
+            self.warnings.push(Warning::idle(
+                item,
+                "n",
+                why,
+                "give the ducts their temperatures, or write `gain`",
+            ));
+        }
         if let Some(rows) = table {
             self.warnings.extend(Warning::of_table(item, rows, true));
         }

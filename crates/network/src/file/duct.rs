@@ -4,7 +4,7 @@ use super::assembly::{Assembly, Attached, LocalGas, Role};
 use super::error::FileError;
 use super::layout::Placed;
 use super::problem::ElementProblem;
-use super::schema::{Duct, Element, Scheme};
+use super::schema::{Duct, Element, Scheme, WallChoice};
 use super::warning::Warning;
 use crate::chain::network::Segment;
 use crate::flow_chain::FlowWall;
@@ -58,6 +58,13 @@ impl Assembly<'_> {
         } = *duct.clone();
         item.positive("length", length)?;
         item.not_negative("wall_factor", wall_factor)?;
+        let idle = |key| {
+            Warning::idle(item, key, "the duct has no losses at its wall", "give `wall`, or leave it out")
+        };
+        if wall == WallChoice::None {
+            self.warnings.extend((wall_factor != 1.0).then(|| idle("wall_factor")));
+            self.warnings.extend((scheme == Scheme::Lumped).then(|| idle("scheme")));
+        }
         let disc = |d: f64| 0.25 * PI * d * d;
         let area = match (diameter, area) {
             (Some(d), None) => disc(item.positive("diameter", d)?),

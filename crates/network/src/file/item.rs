@@ -32,6 +32,12 @@ impl Item {
         }
     }
 
+    /// A part of an area.
+    pub(super) fn part(&self, key: &'static str, value: f64) -> Result<f64, FileError> {
+        let fault = || self.fail(ElementProblem::Part { key, value });
+        if value > 0.0 && value <= 1.0 { Ok(value) } else { Err(fault()) }
+    }
+
     pub(super) fn polynomial(&self, key: &'static str, value: &[f64]) -> Result<Vec<f64>, FileError> {
         if value.iter().any(|k| *k != 0.0) && value.iter().all(|k| k.is_finite()) {
             Ok(value.to_vec())

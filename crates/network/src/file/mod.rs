@@ -22,6 +22,7 @@ mod oscilos_rule;
 mod problem;
 mod read;
 mod redrawn;
+mod routh;
 mod schema;
 mod sizes;
 mod spread;

@@ -98,6 +98,31 @@ pub enum ElementProblem {
         /// The key.
         key: &'static str,
     },
+    /// A transfer function whose answer to a short push grows for ever.
+    #[error(
+        "{key} has a root with a positive real part: its answer to a short push grows for ever; turn the sign of a coefficient"
+    )]
+    Grows {
+        /// The key.
+        key: &'static str,
+    },
+    /// Another element has the same name.
+    #[error("element {other} has that name, too: give every element a name of its own")]
+    SameName {
+        /// Number of the other, from 1.
+        other: usize,
+    },
+    /// Less than one hole.
+    #[error(
+        "one hole of this diameter is {part:.3} of the duct's area, more than porosity = {porosity}: correct one of them, or leave `porosity` out for \
+         a single hole"
+    )]
+    PartOfAHole {
+        /// Area of one hole over that of the duct.
+        part: f64,
+        /// The porosity.
+        porosity: f64,
+    },
     /// A whole number is out of range.
     #[error("{key} is {value}, but must be from {low} to {high}")]
     Range {

@@ -23,6 +23,10 @@ const LATEST: f64 = 1.0;
 const COLDEST: f64 = 100.0;
 /// Gas constants above this, J/(kg K), are those of helium and hydrogen, which stay gases where it is colder.
 const LIGHT: f64 = 1000.0;
+/// Gas of less pressure than this, Pa, is most often given in kPa.
+const THIN: f64 = 1000.0;
+/// Flows through holes are slow beside the sound, up to this Mach number.
+const FAST: f64 = 0.3;
 /// A neck so many times as wide as its duct is in another unit.
 const NECK: f64 = 10.0;
 
@@ -46,6 +50,17 @@ impl Sizes {
     /// What is doubtful about the sizes of gas and elements.
     pub(super) fn doubtful(&self, head: &Item, gas: &Gas, placed: &[Placed]) -> Vec<Warning> {
         let mut all: Vec<Warning> = self.cold(head, gas.temperature).into_iter().collect();
+        all.extend((gas.pressure < THIN).then(|| {
+            let why = "less than a hundredth of the air's".to_owned();
+            size(
+                head,
+                "pressure",
+                gas.pressure,
+                "Pa",
+                why,
+                format!("if these are kPa, write {}", 1e3 * gas.pressure),
+            )
+        }));
         for Placed { item, element, x, .. } in placed {
             let thick = |key, value: f64| {
                 (value > THICK).then(|| millimetres(item, key, value, "longer than any".to_owned()))
@@ -70,21 +85,33 @@ impl Sizes {
                     };
                     all.extend([mu, mp, eu, ep].into_iter().find_map(delay));
                 }
-                Element::Helmholtz { neck_area, neck_length, .. } => {
+                Element::Helmholtz { neck_area, neck_length, bias_velocity, .. } => {
                     all.extend(thick("neck_length", *neck_length));
+                    all.extend(self.fast(item, *bias_velocity));
                     let duct = area_at(placed, *x).filter(|duct| *neck_area > NECK * duct);
                     let (line, place, neck) = (item.line, item.place.clone(), *neck_area);
                     all.extend(duct.map(|duct| Warning::Neck { line, place, neck, duct }));
                 }
                 Element::QuarterWave { length, .. } => all.extend(self.long(item, *length)),
                 Element::SideHole { length, .. } => all.extend(thick("length", *length)),
-                Element::Orifice { thickness, .. } => all.extend(thick("thickness", *thickness)),
+                Element::Orifice { thickness, bias_velocity, .. } => {
+                    all.extend(thick("thickness", *thickness));
+                    all.extend(self.fast(item, *bias_velocity));
+                }
                 Element::Screen { effective_length, .. } => {
                     all.extend(thick("effective_length", *effective_length));
                 }
             }
         }
         all
+    }
+
+    /// A flow through holes that is not as slow as its formula takes it to be.
+    fn fast(&self, item: &Item, value: Option<f64>) -> Option<Warning> {
+        let limit = FAST * self.wavelength * self.highest;
+        let why = || format!("faster than the {limit:.0} m/s up to which its formula holds");
+        let remedy = || format!("if these are mm/s, write {}", 1e-3 * value.unwrap_or_default());
+        value.filter(|v| *v > limit).map(|v| size(item, "bias_velocity", v, "m/s", why(), remedy()))
     }
 
     /// A delay of too many periods.

@@ -50,6 +50,20 @@ pub enum Warning {
         /// What to write.
         remedy: String,
     },
+    /// A key without effect.
+    #[error("line {line}: {place}: {key} has no effect: {why}; {remedy}")]
+    Idle {
+        /// Line in the file.
+        line: usize,
+        /// Which element.
+        place: String,
+        /// The key.
+        key: &'static str,
+        /// Why.
+        why: &'static str,
+        /// What to write.
+        remedy: &'static str,
+    },
     /// The neck of a resonator wider than the duct it stands on.
     #[error(
         "line {line}: {place}: neck_area is {neck} m^2, more than the {duct:.3e} m^2 of the duct there: look at its unit"
@@ -136,6 +150,10 @@ pub enum Warning {
 }
 
 impl Warning {
+    pub(super) fn idle(item: &Item, key: &'static str, why: &'static str, remedy: &'static str) -> Self {
+        Self::Idle { line: item.line, place: item.place.clone(), key, why, remedy }
+    }
+
     /// Of the table of an end or of a `flame`: it answers before it is asked, or its phases seem to be in
     /// degrees.
     pub(super) fn of_table(item: &Item, rows: &[[f64; 3]], flame: bool) -> Option<Self> {

@@ -268,7 +268,10 @@ fn exact_mistakes_in_files_are_named() {
         key.contains("element 1 `tube`") && key.contains("lenght") && key.contains("temperature"),
         "{key}"
     );
-    let far = format!("{ENDS}{duct}[[element]]\ntype = \"flame\"\ngain = 1\nreference = 2.0\n{duct}");
+    let far = format!(
+        "{ENDS}{duct}[[element]]\ntype = \"flame\"\ngain = 1\nreference = 2.0\n{}",
+        duct.replace("tube", "other")
+    );
     assert!(matches!(
         read(&far),
         Err(FileError::Element {
@@ -298,4 +301,43 @@ fn exact_mistakes_in_files_are_named() {
     assert!(matches!(read(&empty), Err(FileError::Search { line: 1, key: "frequency_hz" })));
     let none = NetworkError::Empty;
     assert!(!none.is_recoverable());
+}
+
+/// What is possible and does nothing, or is most often in another unit, is said; what cannot be is refused.
+#[test]
+fn message_keys_without_effect_and_impossible_devices() {
+    let tube = |gas: &str, duct: &str, device: &str| {
+        format!(
+            "[gas]\ntemperature = 293.15\n{gas}\n{ENDS}[[element]]\nname = \"a\"\ntype = \"duct\"\nlength = 0.5\ndiameter = 0.07\n{duct}\n\
+             [[element]]\nname = \"device\"\n{device}\n[[element]]\nname = \"b\"\ntype = \"duct\"\nlength = 0.8\ndiameter = 0.08\n"
+        )
+    };
+    const FLAME: &str = "type = \"flame\"\ngain = 0.5\ndelay = 1e-3";
+    assert!(read(&tube("", "", FLAME)).unwrap().warnings.is_empty());
+    for (gas, duct, device, says) in [
+        ("", "", "type = \"flame\"\nn = 0.3\ndelay = 1e-3", "n has no effect"),
+        ("", "", "type = \"screen\"\nloss = 2", "loss has no effect"),
+        ("", "wall_factor = 2", FLAME, "wall_factor has no effect"),
+        ("", "scheme = \"lumped\"", FLAME, "scheme has no effect"),
+        ("pressure = 101.325", "", FLAME, "if these are kPa, write 101325"),
+        (
+            "",
+            "",
+            "type = \"orifice\"\nthickness = 1e-3\ndiameter = 0.01\nbias_velocity = 500",
+            "faster than the 10",
+        ),
+    ] {
+        let warnings = read(&tube(gas, duct, device)).unwrap().warnings;
+        assert!(warnings.iter().any(|w| w.to_string().contains(says)), "no `{says}` in {warnings:?}");
+    }
+    for (device, says) in [
+        ("type = \"orifice\"\nthickness = 1e-3\ndiameter = 0.06\nporosity = 0.1", "0.735 of the duct's area"),
+        ("type = \"flame\"\ngain = 0.5\ndenominator = [1.0, -1e-3]", "grows for ever"),
+    ] {
+        let refused = read(&tube("", "", device)).unwrap_err().to_string();
+        assert!(refused.contains(says) && refused.starts_with("line "), "{refused}");
+    }
+    let twice = tube("", "", FLAME).replace("\"b\"", "\"a\"");
+    let refused = read(&twice).unwrap_err().to_string();
+    assert!(refused.contains("element 1 has that name, too"), "{refused}");
 }

@@ -265,6 +265,9 @@ fn section(head: &StudyHead, stage: &StageRecord) -> String {
     for assumed in &stage.assumes {
         text += &format!("<p class=\"warn\">Stands on what is not decided. {}.</p>\n", html(assumed));
     }
+    if let Some(missed) = &stage.missed {
+        text += &format!("<p class=\"warn\">Of the model that goes on, {}.</p>\n", html(missed));
+    }
     let doubtful = chosen(stage).map(tables::conflicts).unwrap_or_default();
     for conflict in doubtful {
         text += &format!("<p class=\"warn\">{conflict}</p>\n");

@@ -49,6 +49,10 @@ impl Quantity {
         let (end, value) = (1..=longest).rev().find_map(number).ok_or_else(none)?;
         let rest = trimmed[end..].trim();
         // What goes on like a number is one with a decimal comma, spaces or two points.
+        // What goes on with a sign of multiplication is a formula.
+        if rest.starts_with('*') {
+            return Err(none());
+        }
         if !rest.starts_with("1/") && rest.starts_with(|c: char| c.is_ascii_digit() || ",.+-".contains(c)) {
             return Err(none());
         }

@@ -150,3 +150,35 @@ fn behaviour_the_best_network_becomes_a_study_with_a_page() {
     assert!(output.status.success() && said.contains("n = 0.398"), "{said}");
     assert!(folder.join("flame/results/index.html").is_file());
 }
+
+/// What is printed as a check is in the JSON too, and numbers that no network has are said.
+#[test]
+fn exact_checks_are_printed_and_are_in_the_json() {
+    let folder = scratch("ducted-flame-checks");
+    let text = fs::read_to_string(example("n-tau.toml")).unwrap();
+    let prior = "{ normal = { mean = -1.5e-3, sd = 1e-6 } }";
+    let at = text.find("[unknown.delay]").unwrap();
+    let from = at + text[at..].find("prior = ").unwrap() + "prior = ".len();
+    let to = from + text[from..].find('\n').unwrap();
+    fs::write(folder.join("early.toml"), format!("{}{prior}{}", &text[..from], &text[to..])).unwrap();
+    let data = example("modes.csv");
+    let said = |more: &[&str]| {
+        let output =
+            rijke(&folder, &[&["infer", "early.toml", "--data", &data, "--one-start"], more].concat());
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        String::from_utf8(output.stdout).unwrap()
+    };
+    let (text, json) = (said(&[]), said(&["--json"]));
+    let json: Value = serde_json::from_str(&json).unwrap();
+    let remark = json[0]["remark"].as_str().unwrap();
+    let checks: Vec<&str> =
+        text.lines().filter_map(|line| line.trim_start().strip_prefix("check: ")).collect();
+    assert_eq!(checks, remark.lines().collect::<Vec<_>>());
+    let impossible =
+        checks.iter().find(|c| c.starts_with("no network has the most probable numbers")).unwrap();
+    assert!(
+        impossible.contains("delay is -0.00") && impossible.contains("must be zero or more"),
+        "{impossible}"
+    );
+    assert!(checks.iter().any(|c| c.contains("are missed by")), "{checks:?}");
+}

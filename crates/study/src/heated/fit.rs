@@ -45,6 +45,13 @@ const NODES: usize = 128;
 /// Gauss-Newton steps at one tau.
 const STEPS: usize = 12;
 
+/// A value so many standard deviations from its prior asks for a fit that starts at the priors.
+const FAR: f64 = 4.0;
+
+/// A step that makes the fit worse by more than this, nats, is halved, and again, so many times.
+const WORSE: f64 = 1.0;
+const HALVED: i32 = 12;
+
 /// Readings, by the error of the ambient temperature and by point.
 type Days<'a> = BTreeMap<&'a Cause, BTreeMap<usize, (&'a Heated, Vec<&'a GasReading>)>>;
 
@@ -85,10 +92,17 @@ pub(super) fn fit(
     let wrong = || StudyProblem::Covariance { of: "the readings".into() };
     // tau = SCALE tan(pi u/2), u uniform: half a Cauchy distribution, weighted to that of Student.
     let mut nodes = Vec::with_capacity(NODES);
-    let mut values = prior.map(|p| p[0]);
+    let centre = prior.map(|p| p[0]);
+    let mut values = centre;
     for k in 0..NODES {
         let t = (std::f64::consts::FRAC_PI_2 * (k as f64 + 0.5) / NODES as f64).tan();
-        let given = given(groups, SCALE * t, prior, values).ok_or_else(wrong)?;
+        let mut given = given(groups, SCALE * t, prior, values).ok_or_else(wrong)?;
+        // Without scatter, readings that contradict power or flow have their best fit far from all priors,
+        // and with scatter another one.
+        if (0..VALUES).any(|i| (given.values[i] - centre[i]).abs() > FAR * prior[i][1]) {
+            let other = self::given(groups, SCALE * t, prior, centre);
+            given = other.filter(|other| other.ln_marginal > given.ln_marginal).unwrap_or(given);
+        }
         values = given.values;
         let ln_prior = t.mul_add(t, 1.0).ln() - 2.5 * (t * t / 4.0).ln_1p();
         nodes.push((SCALE * t, given.ln_marginal + ln_prior, given));
@@ -124,9 +138,19 @@ fn given(
     prior: [[f64; 2]; VALUES],
     mut values: [f64; VALUES],
 ) -> Option<Given> {
+    let off = |values: [f64; VALUES]| -> [f64; VALUES] {
+        std::array::from_fn(|i| (prior[i][0] - values[i]) / prior[i][1].powi(2))
+    };
+    let by_prior =
+        |values| -> f64 { off(values).iter().zip(prior).map(|(off, [_, sd])| (off * sd).powi(2)).sum() };
+    let at = |values| {
+        let (gram, ln_det) = moments(groups, tau, values);
+        let ln_density = ln_det - 0.5 * (gram[OFF][OFF] + by_prior(values));
+        (gram, ln_density)
+    };
+    let (mut gram, mut ln_density) = at(values);
     for step in 0..=STEPS {
-        let (gram, mut ln_marginal) = moments(groups, tau, values);
-        let off: [f64; VALUES] = std::array::from_fn(|i| (prior[i][0] - values[i]) / prior[i][1].powi(2));
+        let off = off(values);
         let precision = Matrix::from_fn(VALUES, VALUES, |i, j| {
             gram[i][j] + if i == j { prior[i][1].powi(-2) } else { 0.0 }
         });
@@ -139,8 +163,7 @@ fn given(
         }
         let small = (0..VALUES).all(|i| change[i].abs() < 1e-6 * covariance[(i, i)].sqrt());
         if small || step == STEPS {
-            let by_prior: f64 = (0..VALUES).map(|i| (off[i] * prior[i][1]).powi(2)).sum();
-            ln_marginal -= 0.5 * (gram[OFF][OFF] + by_prior + factor.ln_det());
+            let ln_marginal = ln_density - 0.5 * factor.ln_det();
             // Of b ~ N(0, s^2) given all values, and their error through its slopes.
             let variance = groups.offset_sd.powi(2);
             let slope: Vec<f64> = (0..VALUES).map(|i| -variance * gram[OFFSET][i]).collect();
@@ -148,8 +171,17 @@ fn given(
             let offset = [variance * gram[OFFSET][OFF], alone.max(0.0) + covariance.quadratic(&slope)];
             return Some(Given { values, covariance, ln_marginal, offset });
         }
-        values.iter_mut().zip(&change).for_each(|(value, change)| *value += change);
-        values[1] = values[1].max(0.0);
+        // Readings that contradict power or flow bend so much that a whole step may lead far off.
+        for halved in 0..=HALVED {
+            let part = 0.5_f64.powi(halved);
+            let mut next: [f64; VALUES] = std::array::from_fn(|i| values[i] + part * change[i]);
+            next[1] = next[1].max(0.0);
+            let (there, ln) = at(next);
+            if ln >= ln_density - WORSE || halved == HALVED {
+                (values, gram, ln_density) = (next, there, ln);
+                break;
+            }
+        }
     }
     None
 }

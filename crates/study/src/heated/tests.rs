@@ -100,6 +100,21 @@ fn oracle_readings_give_back_what_made_them() {
     assert!(found.within[0] < 1e-3 && found.within[1] > found.scatter, "{:?}", found.within);
 }
 
+/// Where flows of a table are exchanged, no share and no cooling explain the readings. They are fitted all
+/// the same, and their scatter says so.
+#[test]
+fn behaviour_readings_that_contradict_the_flow_are_fitted() {
+    let mut all = drawn(24, [0.9, 5.0], 0.0, &mut Streams::new(3).stream("exchanged"));
+    for (point, h) in all.points.iter_mut().enumerate() {
+        let day = ["one", "two"][point % 2];
+        let exchanged = heated([40.0, 80.0][point / 2 % 2], [1.3e-3, 7e-4][point / 4 % 2], day);
+        let doublings = [exchanged.mass_flow.log2() + 10.0, exchanged.rise.log2() - 5.5];
+        *h = Some(Heated { varies: Varies { by: 0.4, diameter: 0.05, doublings }, ..exchanged });
+    }
+    let found = fit(&all.points, &all.readings, PRIORS, [0.8, 0.0]).unwrap();
+    assert!(found.values.iter().all(|v| v.is_finite()) && found.scatter > 0.1, "{found:?}");
+}
+
 /// Moments by brute force: the density of readings with its dense covariance, on a grid of share, heat
 /// transfer and ln tau.
 #[test]

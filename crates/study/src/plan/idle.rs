@@ -1,7 +1,9 @@
 //! What is stated and does nothing: parts without a law, errors of tables.
 
 use super::{Plan, Stage};
-use crate::{Campaign, Candidate, Catalogue, Rig, rig::Shape};
+use crate::law::{Effect, Place};
+use crate::source::listed;
+use crate::{Campaign, Candidate, Catalogue, Rig, StudyProblem, rig::Shape};
 use rijke_numerics::words::counted;
 use std::collections::BTreeSet;
 
@@ -11,9 +13,7 @@ impl Plan {
     pub(crate) fn lawless(&self, rig: &Rig, campaign: &Campaign, catalogue: &Catalogue) -> Vec<String> {
         let mut said = Vec::new();
         for stage in &self.stages {
-            let roles = self.roles_of(stage, catalogue);
-            let laws = catalogue.candidates().iter().filter(|c| roles.contains(&*c.role));
-            let effects = laws.chain([&rig.own]).flat_map(|c| &c.effects);
+            let effects = self.effects_of(stage, rig, catalogue);
             let moved: BTreeSet<usize> = effects.filter_map(|e| e.place.part()).collect();
             let idle = rig.parts.iter().enumerate().filter(|(k, part)| {
                 matches!(part.shape, Shape::Device(_) | Shape::Insert(..)) && !moved.contains(k)
@@ -34,6 +34,41 @@ impl Plan {
             }
         }
         said
+    }
+
+    /// Refuses a stage of modes in which nothing says what an end reflects.
+    pub(super) fn ends_have_laws(
+        &self,
+        stage: &Stage,
+        rig: &Rig,
+        catalogue: &Catalogue,
+    ) -> Result<(), StudyProblem> {
+        for (end, name) in [(Place::Upstream, "upstream"), (Place::Downstream, "downstream")] {
+            let acts = |e: &Effect| e.place == end || e.place == Place::Ends;
+            if self.effects_of(stage, rig, catalogue).any(acts) {
+                continue;
+            }
+            let able = catalogue.candidates().iter().filter(|c| c.effects.iter().any(acts));
+            let roles: BTreeSet<&str> = able.map(|c| &*c.role).collect();
+            let remedy = match roles.len() {
+                0 => "write a candidate with acts_at at that end".to_owned(),
+                _ => format!("name {} in `compete` or `with`, or a stage that has it in `on`", listed(roles)),
+            };
+            return Err(StudyProblem::FreeEnd { stage: stage.id.clone(), end: name, remedy });
+        }
+        Ok(())
+    }
+
+    /// What acts in the models of a stage: effects of the candidates of its roles, and of the rig itself.
+    fn effects_of<'a>(
+        &'a self,
+        stage: &'a Stage,
+        rig: &'a Rig,
+        catalogue: &'a Catalogue,
+    ) -> impl Iterator<Item = &'a Effect> {
+        let roles = self.roles_of(stage, catalogue);
+        let laws = catalogue.candidates().iter().filter(move |c| roles.contains(&*c.role));
+        laws.chain([&rig.own]).flat_map(|c| &c.effects)
     }
 
     /// The tables whose stated error is in no noise of a stage that weighs them, each in a sentence.

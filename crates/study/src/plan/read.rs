@@ -181,6 +181,8 @@ impl Plan {
             let at = stage.span().start;
             let check = Check { rig, campaign, catalogue };
             let stage = check.stage(stage.into_inner(), &plan).map_err(|problem| source.fail(at, problem))?;
+            let laws = plan.ends_have_laws(&stage, rig, catalogue);
+            laws.map_err(|problem| source.fail(at, problem))?;
             plan.stages.push(stage);
         }
         if plan.stages.is_empty() && plan.responses.is_empty() {

@@ -40,6 +40,8 @@ pub(super) struct File {
     oscilos: Option<Spanned<String>>,
     gas: Option<Spanned<Table>>,
     search: Option<Search>,
+    /// A key of network files, refused with the remedy.
+    flow: Option<Spanned<Table>>,
     upstream: Option<Spanned<Table>>,
     downstream: Option<Spanned<Table>>,
     #[serde(default)]
@@ -158,6 +160,13 @@ pub(super) fn rig(file: File, campaign: &Campaign, source: &Source) -> Outcome<R
         let meaning = "number that the base state brings".into();
         let name = Name { name, unit, meaning, kind: NameKind::Global };
         brought.push(add(&mut scope, "number of the base state", name).map_err(|problem| (0..0, problem))?);
+    }
+    if let Some(flow) = file.flow {
+        let need = "left out: in a rig, and beside unknowns, the gas is at rest; in a study a candidate with `mean_flow` lets the waves run in the flow";
+        return Err((
+            flow.span(),
+            StudyProblem::Value { key: "flow".to_owned(), value: "a table".to_owned(), need },
+        ));
     }
     let second = Name {
         name: SECOND.to_owned(),

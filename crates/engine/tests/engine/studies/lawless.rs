@@ -44,3 +44,29 @@ fn message_a_part_without_a_law_is_said_where_it_is_there() {
     let said: Vec<String> = beyond(&study, &saved, &[0], &[]).iter().map(Beyond::words).collect();
     assert!(said.iter().any(|s| s.starts_with("a: gauze is there (g = 1), and was at no point")), "{said:?}");
 }
+
+/// An end that the rig leaves free reflects what a candidate says, and a stage without one has no models.
+#[test]
+fn message_a_stage_whose_models_leave_an_end_free_is_refused() {
+    let free = TUBE.replace(
+        "[downstream]\ntype = \"constant\"\nmodulus = \"$r\"\nangle = \"180 deg\"",
+        "[downstream]\ntype = \"free\"",
+    );
+    assert_ne!(free, TUBE);
+    let law = "[[candidate]]\nid = \"mouth\"\nrole = \"mouth\"\nname = \"mouth\"\ncite = [\"own judgement\"]\n\
+               [[candidate.effect]]\nacts_at = \"downstream\"\nreflection = \"-0.9\"\n";
+    let opened = |name: &str, plan: &str| {
+        let files = [("rig.toml", free.as_str()), ("candidates/mouth.toml", law), ("study.toml", plan)];
+        Study::open(&two_points(name, &files).0)
+    };
+    let compete = PLAN.replace("points = {}\n", "points = {}\ncompete = \"mouth\"\n");
+    assert!(opened("mouth", &compete).is_ok());
+    let said = opened("no-mouth", PLAN).unwrap_err().to_string();
+    assert!(said.contains("study.toml, line 2: stage `s`: the downstream end is \"free\""), "{said}");
+    assert!(said.contains("name mouth in `compete` or `with`"), "{said}");
+    // A later stage has it from the one on which it stands, and not without.
+    let two = |more: &str| format!("{compete}[[stage]]\nid = \"later\"\npoints = {{}}\n{more}");
+    assert!(opened("on-mouth", &two("on = \"s\"\n")).is_ok());
+    let said = opened("not-on", &two("")).unwrap_err().to_string();
+    assert!(said.contains("stage `later`: the downstream end"), "{said}");
+}

@@ -8,6 +8,7 @@ mod lawless;
 mod lengths;
 mod meant;
 mod misfit;
+mod miswired;
 mod questions;
 mod sliders;
 mod together;

@@ -1,0 +1,113 @@
+//! What few data leave unknown of the noise that they choose.
+
+use crate::problems::{Linear, normal, numbers};
+use approx::assert_relative_eq;
+use rand::RngExt;
+use rijke_inference::*;
+use rijke_numerics::{Cholesky, Matrix, Streams};
+
+/// A constant and a slope from `n` data of one noise that floats, and a floor.
+fn line(n: usize, floor: f64) -> (Linear, Data, Parameters) {
+    let x = Matrix::from_fn(n, 2, |i, j| if j == 0 { 1.0 } else { i as f64 - 0.3 });
+    let values = numbers("few", n);
+    let all: Vec<usize> = (0..n).collect();
+    let observation = Observation::new("all", values)
+        .with_independent_noise(0, &all)
+        .with_floor(Matrix::diagonal(&vec![floor; n]));
+    let data = Data::new(vec![observation], vec![NoiseGroup::floated("noise", "V")]).unwrap();
+    let parameters = Parameters::new(vec![normal("a", 0.0, 1e6), normal("b", 0.0, 1e6)]).unwrap();
+    (Linear(x), data, parameters)
+}
+
+#[test]
+fn exact_few_data_give_students_intervals() {
+    // Half of Student's 95.45 % points (tables) with n - 2 degrees of freedom; Wallace's formula is 4 % off
+    // at 2.
+    for (n, half) in [(4, 4.527), (5, 3.307), (6, 2.869), (10, 2.366), (42, 2.064)] {
+        let (model, data, parameters) = line(n, 1e-12);
+        let posterior = Posterior::new(&model, &data, &parameters).unwrap();
+        let fit = posterior.map(&MapOptions::default()).unwrap();
+        let laplace = posterior.laplace(&fit).unwrap();
+        let few = posterior.linearised(&fit, &laplace).unwrap().few();
+        let ratio = n as f64 / (n as f64 - 2.0);
+        let tolerance = if n == 4 { 0.05 } else { 0.02 };
+        for factor in &few.parameters {
+            assert_relative_eq!(*factor, ratio.sqrt() * 0.5 * half, max_relative = tolerance);
+        }
+        let [(0, [factor, spread])] = few.noises[..] else { panic!("{few:?}") };
+        assert_relative_eq!(factor, ratio, max_relative = 1e-6);
+        assert_relative_eq!(spread, 2.0 / (n as f64 - 2.0), max_relative = 1e-6);
+    }
+}
+
+/// The restricted likelihood of a line, written out with dense matrices, and its second difference in ln
+/// variance.
+#[test]
+fn oracle_what_few_data_leave_against_the_restricted_likelihood() {
+    let (n, floor) = (7, 0.05);
+    let (model, data, parameters) = line(n, floor);
+    let posterior = Posterior::new(&model, &data, &parameters).unwrap();
+    let fit = posterior.map(&MapOptions::default()).unwrap();
+    let variance = fit.noise[0].sd.powi(2);
+    assert!(variance > 0.5 * floor, "{variance}");
+    let few = posterior.linearised(&fit, &posterior.laplace(&fit).unwrap()).unwrap().few();
+    // Minus the expected restricted ln likelihood where the truth has this variance, at another: the data
+    // enter by their mean square.
+    let projected = |t: f64| {
+        let information = Matrix::from_fn(2, 2, |i, j| {
+            (0..n).map(|k| model.0[(k, i)] * model.0[(k, j)]).sum::<f64>() / (t + floor)
+        });
+        (information.clone(), Cholesky::new(&information).unwrap())
+    };
+    let cost = |ln: f64, truth: f64| {
+        let total = ln.exp() + floor;
+        let freedom = n as f64 - 2.0;
+        let determinant = n as f64 * total.ln() + projected(ln.exp()).1.ln_det();
+        0.5 * (determinant + freedom * (truth + floor) / total)
+    };
+    let (h, at) = (1e-3, variance.ln());
+    // The truth is taken to be where the step goes.
+    let step = few.noises[0].1[0];
+    let (there, truth) = (at + step.ln(), variance * step);
+    let curvature = (cost(there + h, truth) - 2.0 * cost(there, truth) + cost(there - h, truth)) / (h * h);
+    assert_relative_eq!(few.noises[0].1[1], 1.0 / curvature, max_relative = 1e-4);
+    // And the standard deviation of a parameter at a variance some way off, by which Satterthwaite's degrees
+    // of freedom follow.
+    let of = |ln: f64, k: usize| projected(ln.exp()).1.inverse()[(k, k)];
+    for k in 0..2 {
+        let slope = (of(at + h, k) - of(at - h, k)) / (2.0 * h);
+        let (after, share) = (of(at, k) + slope * (step - 1.0), slope * step);
+        let wanted = (after / of(at, k)).sqrt() * student(2.0 * after * after * curvature / (share * share));
+        assert_relative_eq!(few.parameters[k], wanted, max_relative = 1e-4);
+    }
+}
+
+/// Four data whose stated errors are true, and a noise beside them that floats: most draws find none. Where
+/// one finds a little, intervals grow by what three degrees of freedom ask for, and not without bound.
+#[test]
+fn coverage_a_little_noise_beside_true_errors() {
+    let (n, draws) = (4, 2000);
+    let model = Linear(Matrix::from_fn(n, 1, |_, _| 1.0));
+    let parameters = Parameters::new(vec![normal("a", 0.0, 1e3)]).unwrap();
+    let all: Vec<usize> = (0..n).collect();
+    let mut stream = Streams::new(8).stream("few");
+    let (mut inside, mut widest) = (0, 0.0_f64);
+    for _ in 0..draws {
+        let values: Vec<f64> = (0..n).map(|_| stream.sample::<f64, _>(rand_distr::StandardNormal)).collect();
+        let observation =
+            Observation::new("all", values).with_independent_noise(0, &all).with_floor(Matrix::identity(n));
+        let data = Data::new(vec![observation], vec![NoiseGroup::floated("noise", "V")]).unwrap();
+        let posterior = Posterior::new(&model, &data, &parameters).unwrap();
+        let fit = posterior.map(&MapOptions::default()).unwrap();
+        let laplace = posterior.laplace(&fit).unwrap();
+        let factor = posterior.linearised(&fit, &laplace).unwrap().few().parameters[0];
+        let sd = laplace.physical_covariance[(0, 0)].sqrt() * factor;
+        inside += usize::from(fit.parameters[0].abs() < 2.0 * sd);
+        widest = widest.max(factor);
+    }
+    let share = inside as f64 / draws as f64;
+    assert!((0.95..0.985).contains(&share), "{share}");
+    // Half of Student's 95.45 % point is 1.66 for three degrees of freedom, and the step at most the root of
+    // 4/3.
+    assert!((1.5..2.0).contains(&widest), "{widest}");
+}
