@@ -86,14 +86,14 @@ pub(super) fn doubts(
 /// Two measured modes of one point that the model has for one.
 fn one_mode_twice(observed: &[Observed], predicted: &[[f64; 2]]) -> Option<String> {
     let here = |k: usize| (&observed[k].conditions.id, &observed[k].mode.label);
-    let same = |a: usize, b: usize| {
+    let same = |&(a, b): &(usize, usize)| {
         let apart = (0..2).map(|i| (predicted[a][i] - predicted[b][i]).abs()).fold(0.0, f64::max);
         here(a).0 == here(b).0 && here(a).1 != here(b).1 && apart < ONE_MODE * predicted[a][1].abs()
     };
-    let pairs = || (0..observed.len()).flat_map(|b| (0..b).map(move |a| (a, b))).filter(|&(a, b)| same(a, b));
-    let (a, b) = pairs().next()?;
-    let (point, of_it) = (here(a).0, pairs().count());
-    let more = if of_it > 1 { format!(", the first of {of_it} such pairs,") } else { String::new() };
+    let mut pairs = (0..observed.len()).flat_map(|b| (0..b).map(move |a| (a, b))).filter(same);
+    let (a, b) = pairs.next()?;
+    let (point, others) = (here(a).0, pairs.count());
+    let more = if others > 0 { format!(", the first of {} such pairs,", others + 1) } else { String::new() };
     Some(format!(
         "the modes `{}` and `{}` of point {point}{more} are one mode of this model: if they are one, take one of them out, or give both the same \
          label; if they are two, the model lacks one",

@@ -151,9 +151,11 @@ impl ExactLengths {
     pub fn words(&self) -> String {
         let Self { models: [leader, next], lead, smallest } = self;
         // Found by slopes: further digits would promise what training again does not keep.
-        let digits = |mm: f64| usize::from(mm.abs() < 1.0);
-        let error =
-            |e: &LengthError| format!("about {:+.1$} mm on the {2}", 1e3 * e.by, digits(1e3 * e.by), e.what);
+        let error = |e: &LengthError| {
+            let mm = 1e3 * e.by;
+            let digits = usize::from(mm.abs() < 1.0);
+            format!("about {mm:+.digits$} mm on the {}", e.what)
+        };
         let by = match &smallest[..] {
             [] => "no error of one of them below a twentieth of the rig".to_owned(),
             some => some.iter().map(error).collect::<Vec<_>>().join(", or "),

@@ -2,11 +2,9 @@
 //! data put right.
 
 use super::course::{Chosen, Run};
-use crate::point::PointModel;
 use crate::rows::Row;
 use crate::{EngineError, Observed};
-use rijke_network::Workspace;
-use rijke_numerics::{C64, Matrix, Order};
+use rijke_numerics::{C64, Matrix};
 use rijke_study::plan::Stage;
 
 /// Mode shapes that lie nearer to the model than this, root mean square over the pressure of the reference,
@@ -17,17 +15,18 @@ const NEARER: f64 = 0.5;
 
 /// What may be wrong with microphones.
 #[derive(Clone, Copy)]
-enum Wiring {
+pub(super) enum Wiring {
     Exchanged([usize; 2]),
     Reversed(usize),
 }
 
 /// Pressures of one mode at microphones, over that of the reference.
-type Shape = Vec<(usize, C64)>;
+pub(super) type Pressures = Vec<(usize, C64)>;
 
 impl Run {
     /// The two microphones with which exchanged, or the one with which reversed, a model whose mode shapes do
-    /// not fit gains most, in a sentence; nothing if the gain is small.
+    /// not fit gains most, in a sentence; nothing if the gain is small. `of_model` is what the model itself
+    /// says of every observation, without errors of gains.
     ///
     /// # Errors
     /// [`EngineError::Stopped`].
@@ -36,22 +35,24 @@ impl Run {
         stage: &Stage,
         row: &Row,
         found: &Chosen,
+        of_model: &[Pressures],
     ) -> Result<Option<String>, EngineError> {
         let reference = self.rig.microphones.reference;
-        let Some(shapes) = self.shapes(stage, found) else { return Ok(None) };
-        let as_they_are = distance(&shapes, |shape| Some(shape.clone()));
-        let mut heard: Vec<usize> = shapes.iter().flat_map(|(_, own)| own.iter().map(|h| h.0)).collect();
-        heard.push(reference);
+        let measured: Vec<&Pressures> = found.observed.iter().map(|o| &o.mode.pressures).collect();
+        let as_they_are = distance(of_model, &measured, |p| Some(p.clone()));
+        if as_they_are <= FAR {
+            return Ok(None);
+        }
+        let mut heard: Vec<usize> = of_model.iter().flatten().map(|(m, _)| *m).collect();
         heard.sort_unstable();
         heard.dedup();
-        let pairs = heard.iter().flat_map(|a| heard.iter().filter(move |b| a < b).map(move |b| [*a, *b]));
-        let all = pairs.map(Wiring::Exchanged).chain(heard.iter().map(|m| Wiring::Reversed(*m)));
-        let with = |wiring: Wiring| (distance(&shapes, |s| wiring.put_right(s, reference)), wiring);
-        let best = all.map(with).min_by(|a, b| a.0.total_cmp(&b.0));
-        let Some((_, wiring)) = best.filter(|(far, _)| as_they_are > FAR && *far < NEARER * as_they_are)
-        else {
-            return Ok(None);
+        let reversed = heard.iter().map(|m| Wiring::Reversed(*m));
+        let with = |wiring: Wiring| {
+            (distance(of_model, &measured, |p| Some(wiring.put_right(p, reference)?.0)), wiring)
         };
+        let all = pairs(&heard).into_iter().map(Wiring::Exchanged).chain(reversed).map(with);
+        let best = all.min_by(|a, b| a.0.total_cmp(&b.0));
+        let Some((_, wiring)) = best.filter(|(far, _)| *far < NEARER * as_they_are) else { return Ok(None) };
         let gain = self.gain(stage, row, found, &|o| wiring.change(o, reference))?;
         let name = |m: usize| &self.rig.microphones.names[m];
         Ok(gain.map(|gain| match wiring {
@@ -67,96 +68,71 @@ impl Run {
             ),
         }))
     }
-
-    /// The shapes of the model itself, without errors of gains, and those that were measured; none without
-    /// microphones, or if a mode is not found.
-    fn shapes(&self, stage: &Stage, found: &Chosen) -> Option<Vec<(Shape, Shape)>> {
-        let (microphones, reference) = (self.microphones(stage), self.rig.microphones.reference);
-        let own = &found.trained.values[..found.trained.own];
-        let mut work = Workspace::default();
-        let mut one = |o: &Observed| -> Option<Option<(Shape, Shape)>> {
-            let used = o.used(&microphones, reference);
-            if used.others.is_empty() {
-                return Some(None);
-            }
-            let model = PointModel::new(&found.assembly, &o.conditions, &used.microphones).ok()?;
-            let answer = model.starting_from(o.near).respond(own, Order::Value, &mut work).ok()?;
-            let place = |m: &usize| used.microphones.iter().position(|k| k == m);
-            let of_model = used.others.iter().map(|m| Some((*m, answer.pressures.get(place(m)?)?.value())));
-            let measured = used.others.iter().copied().zip(used.pressures.iter().copied());
-            Some(Some((of_model.collect::<Option<_>>()?, measured.collect())))
-        };
-        let all: Vec<Option<(Shape, Shape)>> = found.observed.iter().map(&mut one).collect::<Option<_>>()?;
-        let all: Vec<(Shape, Shape)> = all.into_iter().flatten().collect();
-        (!all.is_empty()).then_some(all)
-    }
 }
 
-/// Root mean square of what measured shapes, put right, differ by from those of the model.
-fn distance(shapes: &[(Shape, Shape)], put_right: impl Fn(&Shape) -> Option<Shape>) -> f64 {
+/// Two microphones each.
+pub(super) fn pairs(all: &[usize]) -> Vec<[usize; 2]> {
+    (0..all.len()).flat_map(|j| (0..j).map(move |i| [all[i], all[j]])).collect()
+}
+
+/// Root mean square of what measured pressures, put right, differ by from those of the model, where it has
+/// them.
+fn distance(
+    of_model: &[Pressures],
+    measured: &[&Pressures],
+    put_right: impl Fn(&Pressures) -> Option<Pressures>,
+) -> f64 {
     let (mut sum, mut count) = (0.0, 0.0);
-    for (model, measured) in shapes {
-        let right = put_right(measured).unwrap_or_else(|| measured.clone());
-        for ((_, a), (_, b)) in model.iter().zip(&right) {
-            sum += (a - b).norm_sqr();
-            count += 1.0;
+    for (model, measured) in of_model.iter().zip(measured) {
+        for (m, p) in put_right(measured).unwrap_or_else(|| (*measured).clone()) {
+            if let Some((_, own)) = model.iter().find(|(k, _)| *k == m) {
+                sum += (own - p).norm_sqr();
+                count += 1.0;
+            }
         }
     }
     (sum / f64::max(count, 1.0)).sqrt()
 }
 
 impl Wiring {
-    /// The shape as it would be without this fault; none where a microphone in question was not heard.
-    fn put_right(self, shape: &Shape, reference: usize) -> Option<Shape> {
-        let whole = |m: usize| match m == reference {
-            true => Some(C64::ONE),
-            false => shape.iter().find(|(k, _)| *k == m).map(|(_, p)| *p),
-        };
-        let right = |m: usize| match self {
-            Self::Exchanged([a, b]) => whole(if m == a {
-                b
-            } else if m == b {
-                a
-            } else {
-                m
-            }),
-            Self::Reversed(k) => whole(m).map(|p| if m == k { -p } else { p }),
-        };
-        let scale = right(reference)?;
-        shape.iter().map(|(m, _)| Some((*m, right(*m)? / scale))).collect()
+    /// The microphone whose place `m` has.
+    fn other(self, m: usize) -> usize {
+        match self {
+            Self::Exchanged([a, b]) if m == a || m == b => a + b - m,
+            _ => m,
+        }
     }
 
-    /// Puts a mode right. The covariance of a pressure goes with the microphone; where another reference
-    /// divides them, all have its scale.
+    /// Pressures as they would be without this fault, and that of the reference, by which they are divided;
+    /// none where a microphone in question was not heard.
+    pub(super) fn put_right(self, measured: &[(usize, C64)], reference: usize) -> Option<(Pressures, C64)> {
+        let right = |m: usize| {
+            let from = self.other(m);
+            let whole = match from == reference {
+                true => C64::ONE,
+                false => measured.iter().find(|(k, _)| *k == from)?.1,
+            };
+            Some(if matches!(self, Self::Reversed(k) if k == m) { -whole } else { whole })
+        };
+        let scale = right(reference)?;
+        let all = measured.iter().map(|(m, _)| Some((*m, right(*m)? / scale)));
+        Some((all.collect::<Option<_>>()?, scale))
+    }
+
+    /// Puts a mode right. The covariance of a pressure goes with the microphone, and has the scale of what
+    /// divides it.
     fn change(self, o: &mut Observed, reference: usize) {
-        let Some(right) = self.put_right(&o.mode.pressures, reference) else { return };
-        let others = right.len();
-        let first = o.mode.covariance.rows() - 2 * others;
-        let place = |m: usize| right.iter().position(|(k, _)| *k == m);
-        let from = |row: usize| match (self, row.checked_sub(first)) {
-            (Self::Exchanged([a, b]), Some(k)) => {
-                let m = right[k / 2].0;
-                let other = if m == a {
-                    b
-                } else if m == b {
-                    a
-                } else {
-                    m
-                };
-                place(other).map_or(row, |j| first + 2 * j + k % 2)
-            }
-            _ => row,
-        };
-        let scale = match self {
-            Self::Exchanged(pair) if pair.contains(&reference) => {
-                let other = if pair[0] == reference { pair[1] } else { pair[0] };
-                o.mode.pressures.iter().find(|(k, _)| *k == other).map_or(1.0, |(_, p)| p.norm().recip())
-            }
-            _ => 1.0,
-        };
-        let size = |row: usize| if row < first { 1.0 } else { scale };
+        let Some((right, scale)) = self.put_right(&o.mode.pressures, reference) else { return };
         let old = o.mode.covariance.clone();
         let n = old.rows();
+        let first = n - 2 * right.len();
+        let from = |row: usize| {
+            let of_pressure = row.checked_sub(first);
+            let place =
+                of_pressure.and_then(|k| right.iter().position(|(m, _)| *m == self.other(right[k / 2].0)));
+            place.map_or(row, |j| first + 2 * j + (row - first) % 2)
+        };
+        let size = |row: usize| if row < first { 1.0 } else { scale.norm().recip() };
         o.mode.covariance = Matrix::from_fn(n, n, |i, j| size(i) * size(j) * old[(from(i), from(j))]);
         o.mode.pressures = right;
     }

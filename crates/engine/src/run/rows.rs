@@ -5,6 +5,7 @@ use super::course::{Chosen, Elsewhere, Found, Run, StandsOn, Trusted};
 use super::doubts::{doubts, feeding};
 use super::matching::check_modes;
 use super::maxima::of_all;
+use super::miswired::Pressures;
 use super::record::{EvidenceRecord, ModelRecord, misfit, parameters};
 use super::shapes::{Shape, outlying};
 use crate::noise::{Noise, floats, measured_sd};
@@ -13,7 +14,7 @@ use crate::rows::{Choice, Row};
 use crate::{EngineError, Misfit, NamedGaussian, Observed, PointModel, Training, train};
 use rijke_inference::{AssessOptions, MapOptions, Parameter, TrustRegion};
 use rijke_network::Workspace;
-use rijke_numerics::{C64, Order, Streams};
+use rijke_numerics::{C64, Jet, Order, Streams};
 use rijke_rig::ModeRows;
 use rijke_study::Effect;
 use rijke_study::plan::Stage;
@@ -96,16 +97,19 @@ impl Run {
         record.parameters = parameters(trained, assembly.parameters());
         record.misfit = misfit(trained);
         let values = &trained.values[..trained.own];
-        record.predicted = found
-            .observed
-            .iter()
-            .map(|o| {
-                let model = PointModel::new(assembly, &o.conditions, self.reference().as_slice())?
-                    .starting_from(o.near);
-                let s = model.respond(values, Order::Value, &mut Workspace::default())?.s.value();
-                Ok([s.re, s.im])
-            })
-            .collect::<Result<_, EngineError>>()?;
+        let (microphones, reference) = (self.microphones(stage), self.reference());
+        let answer = |o: &Observed| {
+            let used = o.used(&microphones, self.rig.microphones.reference);
+            let heard = if used.others.is_empty() { reference.as_slice() } else { &used.microphones };
+            let model = PointModel::new(assembly, &o.conditions, heard)?.starting_from(o.near);
+            let answer = model.respond(values, Order::Value, &mut Workspace::default())?;
+            let s = answer.s.value();
+            let pressures = heard.iter().copied().zip(answer.pressures.iter().map(Jet::value));
+            Ok(([s.re, s.im], pressures.collect::<Pressures>()))
+        };
+        let answers = found.observed.iter().map(answer).collect::<Result<Vec<_>, EngineError>>()?;
+        let of_model: Vec<Pressures>;
+        (record.predicted, of_model) = answers.into_iter().unzip();
         let reflections = found.observed.iter().zip(&record.predicted).filter_map(|(o, [_, omega])| {
             let model = PointModel::new(assembly, &o.conditions, &[]).ok()?;
             Some((model.end_reflections(values, *omega), *omega))
@@ -119,7 +123,7 @@ impl Run {
         // Not in the first pass of a course whose evidence is checked further.
         if trusted != Trusted::Laplace || self.trusted == Trusted::Laplace {
             doubts.extend(self.turned(stage, row, &found)?);
-            doubts.extend(self.miswired(stage, row, &found)?);
+            doubts.extend(self.miswired(stage, row, &found, &of_model)?);
         }
         let apart =
             |(a, b): (&[f64; 2], &[f64; 2])| (a[0] - b[0]).hypot(a[1] - b[1]) > 1e-6 * b[0].hypot(b[1]);

@@ -1,6 +1,7 @@
 //! Points whose mode shape lies far from a model that fits all others.
 
 use super::doubts::few;
+use super::miswired::{Wiring, pairs};
 use rijke_numerics::{C64, median};
 
 /// Relative pressures of a mode at a point, as measured and as the model has them.
@@ -52,8 +53,11 @@ fn of_one_mode(shapes: &[&Shape<'_>], reference: usize, names: &[String]) -> Vec
     });
     let Some((far, others)) = found else { return Vec::new() };
     let said = |(off, shape): &(f64, &Shape<'_>)| {
-        let fits = |pair: &[usize; 2]| distance(exchanged(shape, *pair, reference)) < EXCHANGED * others;
-        let remedy = pairs(shape, reference).into_iter().find(fits).map_or_else(
+        let fits = |pair: &[usize; 2]| {
+            exchanged(shape, *pair, reference).is_some_and(|left| distance(left) < EXCHANGED * others)
+        };
+        let all: Vec<usize> = shape.heard.iter().map(|h| h.0).chain([reference]).collect();
+        let remedy = pairs(&all).into_iter().find(fits).map_or_else(
             || "check the order, places and gains of its microphones".to_owned(),
             |[a, b]| {
                 format!(
@@ -72,25 +76,11 @@ fn of_one_mode(shapes: &[&Shape<'_>], reference: usize, names: &[String]) -> Vec
     far.iter().map(said).collect()
 }
 
-/// Two microphones each.
-fn pairs(shape: &Shape<'_>, reference: usize) -> Vec<[usize; 2]> {
-    let all: Vec<usize> = shape.heard.iter().map(|h| h.0).chain([reference]).collect();
-    (0..all.len()).flat_map(|j| (0..j).map(|i| [all[i], all[j]]).collect::<Vec<_>>()).collect()
-}
-
-/// What is left of the pressures if two microphones were exchanged.
-fn exchanged(shape: &Shape<'_>, [a, b]: [usize; 2], reference: usize) -> Vec<(usize, C64)> {
-    let measured = |m: usize| match m == reference {
-        true => C64::ONE,
-        false => shape.heard.iter().find(|h| h.0 == m).map_or(C64::ZERO, |h| h.1),
-    };
-    let other = |m: usize| match m {
-        _ if m == a => b,
-        _ if m == b => a,
-        _ => m,
-    };
-    let scale = measured(other(reference));
-    shape.heard.iter().map(|&(m, z, left, _)| (m, measured(other(m)) / scale - (z - left))).collect()
+/// What is left of the pressures if two microphones were exchanged; none where one was not heard.
+fn exchanged(shape: &Shape<'_>, pair: [usize; 2], reference: usize) -> Option<Vec<(usize, C64)>> {
+    let measured: Vec<(usize, C64)> = shape.heard.iter().map(|h| (h.0, h.1)).collect();
+    let (right, _) = Wiring::Exchanged(pair).put_right(&measured, reference)?;
+    Some(right.iter().zip(&shape.heard).map(|((m, z), h)| (*m, z - (h.1 - h.2))).collect())
 }
 
 fn rms(values: impl Iterator<Item = f64>) -> f64 {

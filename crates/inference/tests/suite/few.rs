@@ -82,18 +82,18 @@ fn oracle_what_few_data_leave_against_the_restricted_likelihood() {
     }
 }
 
-/// Four data whose stated errors are true, and a noise beside them that floats: most draws find none. Where
-/// one finds a little, intervals grow by what three degrees of freedom ask for, and not without bound.
-#[test]
-fn coverage_a_little_noise_beside_true_errors() {
-    let (n, draws) = (4, 2000);
+/// The mean of `n` data of unit stated variance and a scatter of variance `scatter` beside it, whose noise
+/// floats: how often ±2 sd hold the truth, and the largest factor on the sd.
+fn mean_of(n: usize, scatter: f64, draws: usize) -> (f64, f64) {
     let model = Linear(Matrix::from_fn(n, 1, |_, _| 1.0));
     let parameters = Parameters::new(vec![normal("a", 0.0, 1e3)]).unwrap();
     let all: Vec<usize> = (0..n).collect();
     let mut stream = Streams::new(8).stream("few");
     let (mut inside, mut widest) = (0, 0.0_f64);
     for _ in 0..draws {
-        let values: Vec<f64> = (0..n).map(|_| stream.sample::<f64, _>(rand_distr::StandardNormal)).collect();
+        let sd = (1.0 + scatter).sqrt();
+        let values: Vec<f64> =
+            (0..n).map(|_| sd * stream.sample::<f64, _>(rand_distr::StandardNormal)).collect();
         let observation =
             Observation::new("all", values).with_independent_noise(0, &all).with_floor(Matrix::identity(n));
         let data = Data::new(vec![observation], vec![NoiseGroup::floated("noise", "V")]).unwrap();
@@ -105,9 +105,28 @@ fn coverage_a_little_noise_beside_true_errors() {
         inside += usize::from(fit.parameters[0].abs() < 2.0 * sd);
         widest = widest.max(factor);
     }
-    let share = inside as f64 / draws as f64;
+    (inside as f64 / draws as f64, widest)
+}
+
+/// Four data whose stated errors are true, and a noise beside them that floats: most draws find none. Where
+/// one finds a little, intervals grow by what three degrees of freedom ask for, and not without bound.
+#[test]
+fn coverage_a_little_noise_beside_true_errors() {
+    let (share, widest) = mean_of(4, 0.0, 2000);
     assert!((0.95..0.985).contains(&share), "{share}");
     // Half of Student's 95.45 % point is 1.66 for three degrees of freedom, and the step at most the root of
     // 4/3.
     assert!((1.5..2.0).contains(&widest), "{widest}");
+}
+
+/// The table of docs/theory/inference.md.
+#[test]
+#[ignore = "long: 4000 data sets of each of 20 kinds"]
+fn coverage_noise_beside_stated_errors_over_4000_data_sets() {
+    for n in [4, 6, 10, 20] {
+        let shares = [0.0, 0.3, 1.0, 3.0, 30.0].map(|scatter| mean_of(n, scatter, 4000).0);
+        let cells = shares.map(|share| format!("{:.1} %", 100.0 * share));
+        println!("  | {n} | {} |", cells.join(" | "));
+        assert!(shares.iter().all(|share| (0.925..0.98).contains(share)), "{n}: {shares:?}");
+    }
 }

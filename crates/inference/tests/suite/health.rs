@@ -116,8 +116,7 @@ fn exact_a_bound_and_a_direction_without_data_are_named() {
     let uniform = Parameters::new(vec![Parameter::new("k", "k", "1", prior)]).unwrap();
     for beyond in [1.0, 1.05, 1.2, -0.05] {
         let found = assess(&one, vec![beyond], 0.05, &uniform);
-        let [(at, sd)] = [(found.fit.parameters[0], found.laplace.unwrap().sd()[0])];
-        assert!(found.health.warnings.iter().any(|w| w.starts_with("at a bound: k")), "{beyond}: {at} {sd}");
+        assert!(found.health.warnings.iter().any(|w| w.starts_with("at a bound: k")), "{beyond}");
     }
     for (within, sd) in [(0.5, 0.05), (0.85, 0.05), (0.5, 5.0)] {
         assert!(assess(&one, vec![within], sd, &uniform).health.at_bound.is_empty(), "{within}");

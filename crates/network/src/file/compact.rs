@@ -296,13 +296,9 @@ impl Assembly<'_> {
         };
         self.passive &= gain == 0.0;
         if n.is_some_and(|n| n != 0.0) && mean.abs() < 1e-12 {
-            let why = "it is times the heat that warms the gas, and the gas is as warm behind the flame as before it";
-            self.warnings.push(Warning::idle(
-                item,
-                "n",
-                why,
-                "give the ducts their temperatures, or write `gain`",
-            ));
+            let why = "the heat that fluctuates is a part of the heat that warms the gas, and the gas is no warmer behind the flame";
+            let remedy = "give the ducts their temperatures, or write `gain`";
+            self.warnings.push(Warning::idle(item, "n", why, remedy));
         }
         if let Some(rows) = table {
             self.warnings.extend(Warning::of_table(item, rows, true));

@@ -32,11 +32,10 @@ pub(super) const SAME: f64 = 1e-9;
 pub(super) fn place(text: &str, tables: &[Spanned<toml::Table>]) -> Result<(Vec<Placed>, f64), FileError> {
     let (mut all, mut end) = (Vec::new(), 0.0);
     let mut last = String::new();
-    let named = |table: &Spanned<toml::Table>| table.get_ref().get("name").cloned();
+    let names: Vec<_> = tables.iter().map(|table| table.get_ref().get("name")).collect();
     for (index, table) in tables.iter().enumerate() {
         let (item, called, at, element) = parse(text, index, table)?;
-        let same = |other: &usize| named(table).is_some() && named(&tables[*other]) == named(table);
-        if let Some(other) = (0..index).find(same) {
+        if let Some(other) = names[..index].iter().position(|name| name.is_some() && *name == names[index]) {
             return Err(item.fail(ElementProblem::SameName { other: other + 1 }));
         }
         let x = if let Element::Duct(duct) = &element {

@@ -1,7 +1,8 @@
 //! Whether a transfer function grows for ever.
 
-/// Whether a polynomial, its coefficients ascending, has a root with a positive real part: changes of sign in
-/// the first column of Routh's array (1877). A zero there, roots on the axis or in pairs about zero, is none.
+/// Whether a polynomial, its coefficients ascending, has a root with a positive real part: whether the signs
+/// in the first column of Routh's array (1877) change. A zero in that column, which roots on the imaginary
+/// axis or in pairs about zero give, ends the search without a finding.
 pub(super) fn grows(ascending: &[f64]) -> bool {
     let mut all: Vec<f64> = ascending.to_vec();
     while all.last() == Some(&0.0) {

@@ -51,15 +51,9 @@ impl Sizes {
     pub(super) fn doubtful(&self, head: &Item, gas: &Gas, placed: &[Placed]) -> Vec<Warning> {
         let mut all: Vec<Warning> = self.cold(head, gas.temperature).into_iter().collect();
         all.extend((gas.pressure < THIN).then(|| {
-            let why = "less than a hundredth of the air's".to_owned();
-            size(
-                head,
-                "pressure",
-                gas.pressure,
-                "Pa",
-                why,
-                format!("if these are kPa, write {}", 1e3 * gas.pressure),
-            )
+            let why = "less than a hundredth of that of the atmosphere".to_owned();
+            let remedy = format!("if these are kPa, write {}", 1e3 * gas.pressure);
+            size(head, "pressure", gas.pressure, "Pa", why, remedy)
         }));
         for Placed { item, element, x, .. } in placed {
             let thick = |key, value: f64| {
@@ -109,9 +103,10 @@ impl Sizes {
     /// A flow through holes that is not as slow as its formula takes it to be.
     fn fast(&self, item: &Item, value: Option<f64>) -> Option<Warning> {
         let limit = FAST * self.wavelength * self.highest;
-        let why = || format!("faster than the {limit:.0} m/s up to which its formula holds");
-        let remedy = || format!("if these are mm/s, write {}", 1e-3 * value.unwrap_or_default());
-        value.filter(|v| *v > limit).map(|v| size(item, "bias_velocity", v, "m/s", why(), remedy()))
+        let value = value.filter(|v| *v > limit)?;
+        let why = format!("faster than the {limit:.0} m/s up to which its formula holds");
+        let remedy = format!("if these are mm/s, write {}", 1e-3 * value);
+        Some(size(item, "bias_velocity", value, "m/s", why, remedy))
     }
 
     /// A delay of too many periods.

@@ -96,16 +96,16 @@ pub(super) fn fit(
     let mut values = centre;
     for k in 0..NODES {
         let t = (std::f64::consts::FRAC_PI_2 * (k as f64 + 0.5) / NODES as f64).tan();
-        let mut given = given(groups, SCALE * t, prior, values).ok_or_else(wrong)?;
+        let from = |values| given(groups, SCALE * t, prior, values);
+        let mut best = from(values).ok_or_else(wrong)?;
         // Without scatter, readings that contradict power or flow have their best fit far from all priors,
         // and with scatter another one.
-        if (0..VALUES).any(|i| (given.values[i] - centre[i]).abs() > FAR * prior[i][1]) {
-            let other = self::given(groups, SCALE * t, prior, centre);
-            given = other.filter(|other| other.ln_marginal > given.ln_marginal).unwrap_or(given);
+        if (0..VALUES).any(|i| (best.values[i] - centre[i]).abs() > FAR * prior[i][1]) {
+            best = from(centre).filter(|other| other.ln_marginal > best.ln_marginal).unwrap_or(best);
         }
-        values = given.values;
+        values = best.values;
         let ln_prior = t.mul_add(t, 1.0).ln() - 2.5 * (t * t / 4.0).ln_1p();
-        nodes.push((SCALE * t, given.ln_marginal + ln_prior, given));
+        nodes.push((SCALE * t, best.ln_marginal + ln_prior, best));
     }
     let most = nodes.iter().map(|n| n.1).fold(f64::NEG_INFINITY, f64::max);
     let total: f64 = nodes.iter().map(|n| (n.1 - most).exp()).sum();

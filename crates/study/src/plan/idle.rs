@@ -1,4 +1,4 @@
-//! What is stated and does nothing: parts without a law, errors of tables.
+//! What a stage lacks a law for, parts and ends, and errors of tables that none of its noises has.
 
 use super::{Plan, Stage};
 use crate::law::{Effect, Place};
