@@ -2,7 +2,7 @@
 
 use crate::EngineError;
 use crate::noise::Added;
-use rijke_inference::{Parameter, Prior};
+use rijke_inference::{Parameter, Parameters, Prior};
 use rijke_numerics::{C64, Jet, JetSpace};
 use rijke_study::{Candidate, Coefficient, Effect, MeanFlow, Rig, RigAtPoint};
 use std::collections::BTreeMap;
@@ -117,6 +117,15 @@ impl Assembly {
     #[must_use]
     pub fn parameters(&self) -> &[Parameter] {
         &self.free
+    }
+
+    /// The values of the free parameters at the centre of their priors.
+    ///
+    /// # Errors
+    /// [`EngineError::Inference`], for priors that are none.
+    pub(crate) fn centre(&self) -> Result<Vec<f64>, EngineError> {
+        let parameters = Parameters::new(self.free.clone())?;
+        Ok(parameters.physical(&parameters.centre()))
     }
 
     /// The mean flow of which the waves are, if a candidate says so.

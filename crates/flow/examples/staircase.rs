@@ -1,5 +1,5 @@
 //! Clicks of a staircase of powers, warm-up included, assimilated through the library: `cargo run --release
-//! --example staircase`.
+//! -p rijke-flow --example staircase`.
 //!
 //! The record is virtual: 0, 30 and 180 W for 25 min each, a click every 15 s. Your own is a [`Record`] of
 //! the same shape: arrival times after the trigger (s), indicated ambient temperature (K) and power (W), at

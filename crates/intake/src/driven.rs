@@ -6,7 +6,7 @@ use crate::switched;
 use rijke_numerics::{Classify, Failed, Tell};
 use rijke_rig::{Driven, ExcitedRecords, Specimen, SpectraKind};
 use rijke_signal::{
-    ChannelGains, Fault, LossBand, PressureFault, RelativePressures, Spectra, Swept, SweptOptions,
+    Channel, ChannelGains, Fault, LossBand, PressureFault, RelativePressures, Spectra, Swept, SweptOptions,
     SwitchedGains, TransmissionLoss, TransmissionTube, TubeDuct, TubeErrors,
 };
 use rijke_study::{DuctAt, Study};
@@ -140,11 +140,17 @@ impl Records<'_> {
     }
 
     /// A fault of records as a failure.
-    fn fault(&self, files: &[String], fault: &Fault) -> Failed {
+    fn fault(&self, files: &[String], fault: Fault) -> Failed {
+        let microphones = self.names.iter().cloned().enumerate();
+        let microphones = microphones.map(|(number, name)| Channel::Microphone { number, name: name.into() });
+        let fault = fault.called(&microphones.collect::<Vec<_>>());
         let listed = files.join(", ");
-        let remedy = match (fault, self.driven.spectra) {
+        let remedy = match (&fault, self.driven.spectra) {
             (Fault::DeadChannel { channel, .. }, _) => {
-                format!("Leave microphone {} out of the rig, or record {listed} again.", self.names[*channel])
+                format!(
+                    "Leave microphone {} out of the rig, or record {listed} again.",
+                    self.names[channel.number()]
+                )
             }
             (_, SpectraKind::Segments { .. }) => format!("Look at {listed}, or shorten `segment`."),
             _ => format!("Look at {listed}, or change `band_hz`, `resolution_hz` or `period`."),
@@ -155,7 +161,7 @@ impl Records<'_> {
     fn swept(&self, files: &[String], resolution_hz: f64, period: Option<usize>) -> Result<Swept, Failed> {
         let all = files.iter().map(|file| self.read(file)).collect::<Result<Vec<_>, _>>()?;
         let options = SweptOptions { band_hz: self.records.band_hz, resolution_hz, period };
-        Swept::new(&all, self.records.rate_hz, &options).map_err(|fault| self.fault(files, &fault))
+        Swept::new(&all, self.records.rate_hz, &options).map_err(|fault| self.fault(files, fault))
     }
 
     fn spectra(&self, files: &[String]) -> Result<Spectra, Failed> {
@@ -166,7 +172,7 @@ impl Records<'_> {
             SpectraKind::Segments { segment } => {
                 let channels = files.first().map(|file| self.read(file)).transpose()?.unwrap_or_default();
                 Spectra::welch(&channels, self.records.rate_hz, segment, self.records.band_hz)
-                    .map_err(|fault| self.fault(files, &fault))
+                    .map_err(|fault| self.fault(files, fault))
             }
         }
     }

@@ -5,9 +5,10 @@ use rijke_flow::{HeatedTube, Ramp};
 use rijke_numerics::{Classify, Failed, StagedFolder, Tell};
 use rijke_rig::{Described, OperatingPoint, RecordFolder, RecordSet, RecordSource, Rejection};
 use rijke_signal::{
-    ChannelPriors, Kept, ProcessError, ProcessOptions, Processed, process_again, record_count,
+    ChannelPriors, Kept, ProcessError, ProcessOptions, Processed, process, process_again, record_count,
 };
 use rijke_study::{MadeOf, Study};
+use std::collections::BTreeSet;
 use std::path::Path;
 
 /// Records of pings and clicks, and what is known of them.
@@ -47,6 +48,9 @@ pub struct Out<'a> {
     /// What else is written into it, before it appears under its name.
     pub beside: &'a dyn Fn(&Processed, &Path) -> Result<(), Failed>,
 }
+
+/// At most so many pings are tried before all are fitted.
+const TRIED: usize = 3;
 
 /// What is written; other files in its folder are kept.
 static WRITTEN: [&str; 14] = [
@@ -119,6 +123,39 @@ impl Intake {
         Ok(records.twins().or_bad_input()?.iter().map(said).collect())
     }
 
+    /// How they are fitted, and where that is stated.
+    fn fits(&self, options: &ObserveOptions) -> (ProcessOptions, Option<String>) {
+        let (set, study) = (self.source().set(), self.study.as_ref());
+        let mut fits = ProcessOptions::default();
+        let (found, why) = band(options.band_hz, set, study);
+        fits.ping.band_hz = found;
+        // Neighbours are looked for beyond the band.
+        fits.ping.highest_hz = fits.ping.highest_hz.max(1.4 * found.1);
+        let stated = mains(options.mains_hz, set, study);
+        fits.ping.mains_hz = stated.unwrap_or(fits.ping.mains_hz);
+        (fits.gain_spread, fits.stated) = (options.gain_spread, options.channels);
+        (fits, why)
+    }
+
+    /// Fits the first pings of a few points, and returns those that are rejected: a wrong band or stretch of
+    /// silence rejects all records, and is found here before all are fitted.
+    pub(crate) fn rejected_of_few(&self) -> Result<Vec<Rejection>, Failed> {
+        let Records::Folder(records) = &self.records else { return Ok(Vec::new()) };
+        let first: Vec<&str> =
+            records.set().points.iter().filter_map(|p| p.pings.first()).map(String::as_str).collect();
+        let tried: BTreeSet<&str> =
+            first.iter().copied().step_by(first.len().div_ceil(TRIED).max(1)).collect();
+        if tried.is_empty() {
+            return Ok(Vec::new());
+        }
+        let few = records.restricted(|file| tried.contains(file));
+        match process(&few, &self.fits(&ObserveOptions::default()).0, &|| ()) {
+            Ok(processed) => Ok(processed.observations.rejections),
+            Err(ProcessError::NothingUsable { record, reason, .. }) => Ok(vec![Rejection { record, reason }]),
+            Err(error) => Err(Failed::of_input(&error).at(Path::new(&self.name))),
+        }
+    }
+
     /// Processes them into observations. Of records that still come, the fits that are `kept` are not made
     /// again, and what is written does not say of which files it was made.
     pub fn observe(
@@ -139,15 +176,8 @@ impl Intake {
         let staged =
             StagedFolder::beside_others(out.folder, "observations.toml", &WRITTEN[by_hand..], out.force)?;
         tell.after_killed_run(&staged);
-        let mut fits = ProcessOptions::default();
-        let (found, why) = band(options.band_hz, source.set(), study);
+        let (fits, why) = self.fits(options);
         said.extend(why);
-        fits.ping.band_hz = found;
-        // Neighbours are looked for beyond the band.
-        fits.ping.highest_hz = fits.ping.highest_hz.max(1.4 * found.1);
-        let stated = mains(options.mains_hz, source.set(), study);
-        fits.ping.mains_hz = stated.unwrap_or(fits.ping.mains_hz);
-        (fits.gain_spread, fits.stated) = (options.gain_spread, options.channels);
         let progress = tell.progress("processing", record_count(source.set()) as u64);
         let processed = process_again(source, &fits, kept, &|| progress(1));
         drop(progress);

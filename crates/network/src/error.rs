@@ -2,6 +2,7 @@
 
 use crate::slot::Slot;
 use rijke_numerics::C64;
+use std::f64::consts::TAU;
 
 /// Why a network has no answer.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -126,7 +127,10 @@ pub enum NetworkError {
         s: C64,
     },
     /// A region of the s-plane is empty or has no finite size.
-    #[error("the region {sigma:?} 1/s by {omega:?} rad/s is empty: give increasing finite limits")]
+    #[error(
+        "the region {sigma:?} 1/s by {:.1} to {:.1} Hz is empty: give finite limits, the lower one first",
+        omega[0] / TAU, omega[1] / TAU
+    )]
     Region {
         /// Limits of the growth rate.
         sigma: [f64; 2],
@@ -134,7 +138,7 @@ pub enum NetworkError {
         omega: [f64; 2],
     },
     /// A region of the s-plane would hold far more modes than plane waves make sense for.
-    #[error("the region {sigma:?} 1/s by {omega:?} rad/s would hold about {modes:.1e} modes: narrow it")]
+    #[error("the region {sigma:?} 1/s by {:.1} to {:.1} Hz would hold about {modes:.1e} modes: narrow it", omega[0] / TAU, omega[1] / TAU)]
     TooLarge {
         /// Limits of the growth rate.
         sigma: [f64; 2],

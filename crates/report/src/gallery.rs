@@ -1,7 +1,7 @@
 //! A page that holds little but pictures.
 
-use crate::draw::escape;
-use crate::{plot_svg, write_figure};
+use rijke_draw::escape;
+use rijke_draw::{plot_svg, write_figure};
 use rijke_numerics::{Failed, write_within};
 use rijke_rig::Plot;
 use std::path::Path;

@@ -2,7 +2,7 @@
 //! fit, the leading models with their posteriors, what to measure next, files that do not count, and the page
 //! of the study below.
 
-use crate::draw::escape;
+use rijke_draw::escape;
 use rijke_engine::run::{Lead, Leads, Next};
 use rijke_numerics::words::{counted, with_sd};
 use rijke_numerics::{Failed, write_output};

@@ -1,7 +1,7 @@
 //! Acoustic modes of a network: where they lie in the s-plane, their shapes, and what small changes along the
 //! tube do.
 
-use crate::draw::{Axis, COLUMN, Figure, Key, Mark, Panel, Stroke, fixed, model_stroke};
+use rijke_draw::{Axis, COLUMN, Figure, Key, Mark, Panel, Stroke, fixed, model_stroke};
 use rijke_network::{Device, ModeCurves, SmallChange};
 
 /// Numbers of the figure. Curves are over `x` of their mode.

@@ -1,6 +1,6 @@
 //! Forced response of a network over frequency: modulus and phase of complex ratios.
 
-use crate::draw::{Axis, COLUMN, Figure, Key, Mark, Panel, Stroke, model_stroke};
+use rijke_draw::{Axis, COLUMN, Figure, Key, Mark, Panel, Stroke, model_stroke};
 
 /// Numbers of the figure.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,8 +1,8 @@
 //! The page of a study of responses: tables of models, and what was measured beside what they answer.
 
 use crate::StudyHead;
-use crate::draw::{Axis, COLUMN, Figure, INK, Key, Mark, Panel, Stroke, html, model_stroke};
 use crate::study::{STYLE, numbers::with_uncertainty};
+use rijke_draw::{Axis, COLUMN, Figure, INK, Key, Mark, Panel, Stroke, html, model_stroke};
 use rijke_engine::response::{ResponseModelRecord, ResponseStageRecord};
 use rijke_engine::run::TrainedParameter;
 use rijke_numerics::Failed;
@@ -38,7 +38,7 @@ pub(crate) fn response_page(
             html(&figure.caption)
         );
         let svg = figure.svg();
-        files.push((format!("figures/{}.pdf", stage.id), crate::pdf(&svg)?));
+        files.push((format!("figures/{}.pdf", stage.id), rijke_draw::pdf(&svg)?));
         files.push((format!("figures/{}.svg", stage.id), svg.into_bytes()));
     }
     let data = match head.kind {

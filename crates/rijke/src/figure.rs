@@ -1,8 +1,8 @@
 //! Figures into files that an option names.
 
 use crate::ui::Ui;
+use rijke_draw::{is_file_of_figures, write_figure_as};
 use rijke_numerics::Failed;
-use rijke_report::{is_file_of_figures, write_figure_as};
 use std::path::{Path, PathBuf};
 
 /// The file that an option names for a figure.

@@ -9,7 +9,7 @@ use rijke_numerics::{Classify, Failed, StagedFolder, Tell};
 use rijke_report::flow_page;
 use std::path::{Path, PathBuf};
 
-/// Infer velocity, temperature and sound speed along the tube from clicks (or thermometers) over time.
+/// Infer velocity, temperature and sound speed along the tube from clicks or thermometers.
 #[derive(clap::Args)]
 #[command(
     after_help = "Examples:\n  rijke flow virtual-rig --out base-flow\n  rijke flow --twin --out clicks && rijke flow clicks --out base-flow\n\n\
@@ -19,8 +19,9 @@ use std::path::{Path, PathBuf};
     or alone. ramps.csv says which points were measured while the power changed, and when; their base flow is that of the moment.\n\
     profiles.csv has temperatures or sound speeds along the tube; then the base flow is that profile, and nothing is inferred.\n\
     Instead of all this, DIR/flow.toml names CSV files of samples: a record over time, warm-up included.\n\
-    Writes OUT/base-states.json (a base state per operating point with its errors, for acoustics), OUT/flow.json\n\
-    (parameters, velocities and profiles with sd, for figures), OUT/unknowns.csv and OUT/velocity.csv."
+    Writes OUT/states.json (the states that a study reads from DIR/base), OUT/base-states.json (a base state per operating\n\
+    point with its errors, for acoustics), OUT/flow.json (parameters, velocities and profiles with sd, for figures), OUT/unknowns.csv and\n\
+    OUT/velocity.csv."
 )]
 pub(crate) struct Args {
     /// Folder of observations, or of samples over time.
@@ -116,6 +117,6 @@ fn twin(args: &Args, closures: &Closures, ui: &Ui) -> Result<(), Failed> {
     let staged = StagedFolder::new(&args.out, "flow.toml", args.force)?;
     records.write(staged.path()).or_failed()?;
     staged.commit()?;
-    ui.note(format!("wrote a virtual record of {} places of the heat source", args.places.len()));
+    ui.note(format!("wrote a virtual record; places of the heat source: {}", args.places.len()));
     Ok(())
 }

@@ -1,5 +1,6 @@
 #![doc = include_str!("../README.md")]
 
+pub use rijke_draw as draw;
 pub use rijke_engine as engine;
 pub use rijke_flow as flow;
 pub use rijke_formula as formula;

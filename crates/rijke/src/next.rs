@@ -2,6 +2,7 @@
 
 use crate::condition::{condition, grid};
 use crate::{figure, number, ui::Ui};
+use rijke_draw::plot_svg;
 use rijke_engine::folder::{Ranked, of_the_engine, warn_of_missing};
 use rijke_engine::run::{
     Aim, AskedPoint, MicrophoneChoice, MicrophoneTable, Next, Step, Suggestion, Wish, microphones, next,
@@ -9,7 +10,6 @@ use rijke_engine::run::{
 };
 use rijke_intake::foresee;
 use rijke_numerics::{Failed, words::fixed};
-use rijke_report::plot_svg;
 use std::path::PathBuf;
 
 /// Say what to measure next: the expected information of further operating points, and a plan of several.
@@ -115,14 +115,17 @@ fn print(ui: &Ui, found: &Next, about: Option<&str>) {
     let names = |k: usize| {
         let of = |m: &std::collections::BTreeMap<String, String>| m.values().cloned().collect::<Vec<_>>();
         let (all, other) = (of(&found.models[k]), of(&found.models[1 - k.min(1)]));
-        all.into_iter().filter(|id| !other.contains(id)).collect::<Vec<_>>().join(" + ")
+        // The same candidates at another maximum of their posterior.
+        let alike = all == other;
+        let own: Vec<String> = all.into_iter().filter(|id| alike || !other.contains(id)).collect();
+        format!("{}{}", own.join(" + "), if alike && k > 0 { " at another maximum" } else { "" })
     };
     if found.models.len() > 1 {
         ui.say(format!("{}: {} against {}", found.stage, names(0), names(1)));
     }
     if let Some(entropy) = found.entropy {
         ui.say(format!(
-            "{} models are open; which of them is right is worth {entropy:.3} nats in all: column which",
+            "{} models are open. To know which is right is worth {entropy:.3} nats; column `which` says how much of that a point tells",
             found.models.len()
         ));
     }
@@ -165,7 +168,7 @@ fn print(ui: &Ui, found: &Next, about: Option<&str>) {
 fn print_microphones(ui: &Ui, found: &MicrophoneTable) {
     let ([bare, all], points) = (found.total, found.points.len());
     ui.say(format!(
-        "{}: once more at {points} points, growth rates and frequencies tell {bare:.3} nats",
+        "{}: one more visit of all {points} points tells {bare:.3} nats by growth rates and frequencies",
         found.stage
     ));
     ui.say(format!("With the pressures of the microphones in use, {all:.3} nats"));

@@ -8,7 +8,7 @@ use rijke_numerics::Failed;
 /// How far evidences are checked.
 #[derive(Clone, Copy, clap::Args)]
 pub(crate) struct Trust {
-    /// Search one maximum of each posterior only, and check nothing: faster, and wrong where there are
+    /// Search for one maximum of each posterior only, and check nothing: faster, and wrong where there are
     /// several.
     #[arg(long, conflicts_with = "sampler")]
     one_start: bool,

@@ -4,12 +4,13 @@ mod server;
 mod training;
 
 use crate::{number, run, trust::Trust, ui::Ui};
+use rijke_draw::plot_svg;
 use rijke_engine::folder::{observations, open_study, without_responses};
 use rijke_engine::run::{Leading, Sequence, Trusted};
 use rijke_intake::{Intake, ObserveOptions, Out, described};
 use rijke_numerics::words::{counted, with_sd};
 use rijke_numerics::{Classify, Failed, Lock, keep_others};
-use rijke_report::{LivePage, LivePart, plot_svg};
+use rijke_report::{LivePage, LivePart};
 use rijke_rig::{Arrivals, Arrived, Observations, RecordFolder, RecordSource};
 use rijke_signal::{Kept, Processed};
 use rijke_study::Study;

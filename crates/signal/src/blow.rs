@@ -65,7 +65,11 @@ pub fn fit_blow(channels: &[Vec<f64>], rate_hz: f64, options: &BlowOptions) -> R
     }
     let have = own.first().map_or(0, |c| c.len());
     if let Some(channel) = channels.iter().position(|c| c.len() != have) {
-        return Err(Fault::UnequalChannels { channel, have: channels[channel].len(), need: have });
+        return Err(Fault::UnequalChannels {
+            channel: channel.into(),
+            have: channels[channel].len(),
+            need: have,
+        });
     }
     let onsets_s = onsets(&own, rate_hz);
     let first = onsets_s.first().copied().unwrap_or(0.0);

@@ -1,24 +1,28 @@
 //! Why a record cannot be used.
 
+use crate::Channel;
 use crate::unstable::Unstable;
 use crate::words::not_quiet;
 
 /// What is wrong with one record. Every variant concerns that record alone: the caller lists it and goes on
-/// with the next. Times are seconds from the first sample of the record; channels count from 0.
+/// with the next. Times are seconds from the first sample of the record.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Fault {
     /// The channels do not have the same length, or there is none.
     #[error(
-        "the channels of the record differ in length: channel {channel} has {have} samples, channel 0 has {need}"
+        "the channels of the record differ in length: {channel} has {have} samples, the first has {need}"
     )]
     UnequalChannels {
         /// The first channel that differs.
-        channel: usize,
+        channel: Channel,
         /// Its number of samples.
         have: usize,
-        /// The number of samples of channel 0.
+        /// The number of samples of the first channel.
         need: usize,
     },
+    /// Options with which nothing can be fitted.
+    #[error("the options of the fit: {0}")]
+    Options(&'static str),
     /// Too few samples, channels or settings out of range for what was asked.
     #[error("the {what} is too short: it has {have} samples, {need} are needed")]
     TooShort {
@@ -43,13 +47,13 @@ pub enum Fault {
     },
     /// A step of the converter is too coarse for the signal.
     #[error(
-        "channel {channel}: the converter is too coarse for the signal. The amplitude of the mode is {:.1} steps of {step:.3e}, and {need:.0} \
+        "{channel}: the converter is too coarse for the signal. The amplitude of the mode is {:.1} steps of {step:.3e}, and {need:.0} \
          steps are needed. Raise the gain before the converter, or choose a smaller range of it",
         amplitude / step
     )]
     Coarse {
         /// The channel with the largest amplitude in steps.
-        channel: usize,
+        channel: Channel,
         /// Step of the converter, units of the record.
         step: f64,
         /// Amplitude of the mode, units of the record.
@@ -72,21 +76,21 @@ pub enum Fault {
         frequency_hz: f64,
     },
     /// A sample is NaN or infinite.
-    #[error("channel {channel}: sample {sample} is not a finite number")]
+    #[error("{channel}: sample {sample} is not a finite number")]
     NotFinite {
         /// The channel.
-        channel: usize,
+        channel: Channel,
         /// The sample.
         sample: usize,
     },
     /// Samples sit at full scale, or the waveform has a flat top.
     #[error(
-        "channel {channel} is clipped: {samples} samples sit at its extreme value {level:.4e}. Lower the gain; where it is this channel alone, \
-         `dead = [{channel}]` in the manifest keeps the others"
+        "{channel} is clipped: {samples} samples sit at its extreme value {level:.4e}. Lower the gain; where it is this channel alone, \
+         `dead = [{dead}]` in the manifest keeps the others", dead = channel.number()
     )]
     Clipped {
         /// The channel with most clipped samples.
-        channel: usize,
+        channel: Channel,
         /// How many of its samples are clipped.
         samples: usize,
         /// The value they sit at, in the units of the record.
@@ -94,12 +98,12 @@ pub enum Fault {
     },
     /// A channel holds one constant value throughout, or hardly more where the others hold a signal.
     #[error(
-        "channel {channel} is missing: its samples span {span:.1e}, the median of the channels {median:.1e}. Look after its microphone and cable, or \
-         write `dead = [{channel}]` in the manifest, and another `reference` in rig.toml if it is that"
+        "{channel} is missing: its samples span {span:.1e}, the median of the channels {median:.1e}. Look after its microphone and cable, or \
+         write `dead = [{dead}]` in the manifest, and another `reference` in rig.toml if it is that", dead = channel.number()
     )]
     DeadChannel {
         /// The channel.
-        channel: usize,
+        channel: Channel,
         /// Difference of its largest and smallest sample, in the units of the record.
         span: f64,
         /// Median of the same over the channels.
@@ -107,35 +111,33 @@ pub enum Fault {
     },
     /// A channel holds noise where every other channel holds a signal.
     #[error(
-        "channel {channel} carries no signal: its amplitude is {ratio:.2} times the noise, the median of the channels is {median:.0}. Look after its \
-         microphone and cable, or write `dead = [{channel}]` in the manifest, and another `reference` in rig.toml if it is that"
+        "{channel} carries no signal: its amplitude is {ratio:.2} times the noise, the median of the channels is {median:.0}. Look after its \
+         microphone and cable, or write `dead = [{dead}]` in the manifest, and another `reference` in rig.toml if it is that", dead = channel.number()
     )]
     NoSignal {
         /// The channel.
-        channel: usize,
+        channel: Channel,
         /// Amplitude of that channel over its noise.
         ratio: f64,
         /// Median of the same ratio over the channels.
         median: f64,
     },
     /// A channel of a click holds no impulse.
-    #[error(
-        "channel {channel} holds no impulse: its largest sample is {ratio:.1} times the rms of its quiet part"
-    )]
+    #[error("{channel} holds no impulse: its largest sample is {ratio:.1} times the rms of its quiet part")]
     NoImpulse {
         /// The channel.
-        channel: usize,
+        channel: Channel,
         /// Largest sample over the rms of the quiet part, both high-passed.
         ratio: f64,
     },
     /// An impulse lasts too long for the way it travels.
     #[error(
-        "the impulse at channel {channel} rises for {:.2} ms and falls for {:.2} ms or more, and its reflection comes {:.2} ms after it: use a shorter one",
+        "the impulse at {channel} rises for {:.2} ms and falls for {:.2} ms or more, and its reflection comes {:.2} ms after it: use a shorter one",
         1e3 * before, 1e3 * after, 1e3 * room
     )]
     LongImpulse {
         /// The channel farthest from the reflecting end.
-        channel: usize,
+        channel: Channel,
         /// From a twentieth of the peak to the peak, s.
         before: f64,
         /// From the peak to a twentieth of it, s.
@@ -145,13 +147,13 @@ pub enum Fault {
     },
     /// An impulse too near the first or the last sample.
     #[error(
-        "the impulse at channel {channel} comes {:.2} ms after the first sample and {:.2} ms before the last one, and {:.2} ms are needed on \
+        "the impulse at {channel} comes {:.2} ms after the first sample and {:.2} ms before the last one, and {:.2} ms are needed on \
          either side. Start the recorder sooner, or let it run for longer",
         1e3 * before, 1e3 * after, 1e3 * need
     )]
     ImpulseAtEdge {
         /// The channel.
-        channel: usize,
+        channel: Channel,
         /// Time from the first sample to the impulse, s.
         before: f64,
         /// Time from the impulse to the last sample, s.
@@ -161,13 +163,13 @@ pub enum Fault {
     },
     /// An impulse holds frequencies that the sampling rate does not show.
     #[error(
-        "the impulse at channel {channel} is too short for {rate_hz:.0} samples a second: just below {:.0} Hz it still has {:.0} % of its loudest \
+        "the impulse at {channel} is too short for {rate_hz:.0} samples a second: just below {:.0} Hz it still has {:.0} % of its loudest \
          frequency. Use a longer click, or a higher sampling rate",
         0.5 * rate_hz, 100.0 * share
     )]
     ShortImpulse {
         /// The channel farthest from the reflecting end.
-        channel: usize,
+        channel: Channel,
         /// Sampling rate, Hz.
         rate_hz: f64,
         /// Amplitude below half the sampling rate over that of the loudest frequency.
@@ -175,21 +177,21 @@ pub enum Fault {
     },
     /// A sample that is far beyond all others.
     #[error(
-        "sample {sample} of channel {channel} is {ratio:.0} times the root mean square: a fault of the record, no sound; cut it out"
+        "sample {sample} of {channel} is {ratio:.0} times the root mean square: a fault of the record, no sound; cut it out"
     )]
     Spike {
         /// Channel.
-        channel: usize,
+        channel: Channel,
         /// Sample.
         sample: usize,
         /// Its distance from the mean, in root mean squares.
         ratio: f64,
     },
     /// A channel holds its value for a stretch of time.
-    #[error("channel {channel} drops out at {at:.4} s: {samples} equal samples in a row")]
+    #[error("{channel} drops out at {at:.4} s: {samples} equal samples in a row")]
     Dropout {
         /// The channel.
-        channel: usize,
+        channel: Channel,
         /// When the stretch begins, s.
         at: f64,
         /// Its length.
@@ -237,13 +239,13 @@ pub enum Fault {
     },
     /// The fit leaves more than noise.
     #[error(
-        "the fit leaves {ratio:.2} times the noise power at {at:.3} s, channel {channel}, mostly near {frequency_hz:.0} Hz"
+        "the fit leaves {ratio:.2} times the noise power at {at:.3} s, {channel}, mostly near {frequency_hz:.0} Hz"
     )]
     Residual {
         /// Middle of the worst stretch, s.
         at: f64,
         /// Worst channel.
-        channel: usize,
+        channel: Channel,
         /// Residual power over noise power.
         ratio: f64,
         /// Strongest frequency of the residual, Hz.
@@ -295,25 +297,24 @@ pub enum Fault {
     },
     /// A channel is loud and bent.
     #[error(
-        "channel {channel} saturates: the forcing holds its third harmonic with {:.1} % of its amplitude, and the decay loses it with the \
-         amplitude. Lower the gain, or drive the loudspeaker less; where it is this channel alone, `dead = [{channel}]` in the manifest keeps the \
-         others",
-        100.0 * share
+        "{channel} saturates: the forcing holds its third harmonic with {:.1} % of its amplitude, and the decay loses it with the \
+         amplitude. Lower the gain, or drive the loudspeaker less; where it is this channel alone, `dead = [{dead}]` in the manifest keeps the others",
+        100.0 * share, dead = channel.number()
     )]
     Saturated {
         /// The channel.
-        channel: usize,
+        channel: Channel,
         /// Amplitude of the third harmonic over that of the first.
         share: f64,
     },
     /// Mains hum as loud as the mode, all the time.
     #[error(
-        "hum at {frequency_hz:.0} Hz has {share:.2} times the amplitude of the forcing in channel {channel}, from the beginning to the end of the record, \
+        "hum at {frequency_hz:.0} Hz has {share:.2} times the amplitude of the forcing in {channel}, from the beginning to the end of the record, \
          and what is left of it is more than the noise. Ground the amplifiers at one point, and keep the cables away from the mains"
     )]
     SteadyHum {
         /// The channel with most hum.
-        channel: usize,
+        channel: Channel,
         /// Multiple of the mains frequency, Hz.
         frequency_hz: f64,
         /// Amplitude over that of the forcing.
@@ -321,12 +322,11 @@ pub enum Fault {
     },
     /// A channel holds hum and no signal.
     #[error(
-        "channel {channel} carries no signal but hum at {frequency_hz:.0} Hz: look after its microphone and cable, or \
-         write `dead = [{channel}]` in the manifest"
+        "{channel} carries no signal but hum at {frequency_hz:.0} Hz: look after its microphone and cable, or write `dead = [{dead}]` in the manifest", dead = channel.number()
     )]
     OnlyHum {
         /// The channel.
-        channel: usize,
+        channel: Channel,
         /// Multiple of the mains frequency, Hz.
         frequency_hz: f64,
     },
@@ -353,13 +353,13 @@ pub enum Fault {
     TwoReadings(f64, f64),
     /// The gain of a channel drifts during the decay.
     #[error(
-        "channel {channel} decays otherwise than the others: its growth rate is {:.3} 1/s and theirs {:.3} 1/s, {distance:.1} standard deviations \
+        "{channel} decays otherwise than the others: its growth rate is {:.3} 1/s and theirs {:.3} 1/s, {distance:.1} standard deviations \
          apart. Its gain drifts by {:+.2} % per second: let its microphone and amplifier warm up",
         growth_rates[0], growth_rates[1], 100.0 * (growth_rates[0] - growth_rates[1])
     )]
     GainDrifts {
         /// The channel.
-        channel: usize,
+        channel: Channel,
         /// Its growth rate and that of the others, 1/s.
         growth_rates: [f64; 2],
         /// Standard deviation of the difference, 1/s.
@@ -369,13 +369,13 @@ pub enum Fault {
     },
     /// Channels decay otherwise than each other, and it is not known which of them is right.
     #[error(
-        "the channels {} and {} do not decay alike: their growth rates differ by {rate:.3} 1/s, {distance:.1} standard deviations, and no other channels \
+        "{} and {} do not decay alike: their growth rates differ by {rate:.3} 1/s, {distance:.1} standard deviations, and no other channels \
          tell which of the two has a gain that drifts. Let microphones and amplifiers warm up, or declare the one that drifts, `dead = [..]` in the manifest",
         channels[0], channels[1]
     )]
     GainsApart {
         /// The two channels that differ most.
-        channels: [usize; 2],
+        channels: [Channel; 2],
         /// How far one of them is from the others, 1/s.
         rate: f64,
         /// The same in standard deviations.
@@ -385,13 +385,13 @@ pub enum Fault {
     #[error("the fit did not settle in {0} steps: the last step was {1:.2e} standard deviations")]
     NotConverged(usize, f64),
     /// A channel has the opposite sign of the others.
-    #[error("channel {channel} has the opposite polarity")]
+    #[error("{channel} has the opposite polarity")]
     Inverted {
         /// The channel.
-        channel: usize,
+        channel: Channel,
     },
     /// The result lies away from those of the other repeats: the quantity, and how many standard deviations.
-    #[error("{0} lies {1:.1} standard deviations from the median of the repeats")]
+    #[error("{0} lies {1:.1} standard deviations from the other repeats")]
     Outlier(String, f64),
     /// The algebra failed, as it does when two modes coincide.
     #[error("the fit is singular: {0}")]

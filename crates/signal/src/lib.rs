@@ -2,6 +2,7 @@
 
 mod blow;
 mod campaign;
+mod channel;
 mod click;
 mod delays;
 mod dsp;
@@ -19,6 +20,7 @@ pub use campaign::{
     Kept, LiveRecord, PointScatter, ProcessError, ProcessOptions, Processed, click_options, process,
     process_again, record_count,
 };
+pub use channel::Channel;
 pub use click::{ClickFit, ClickOptions, ClickPicture, Extent, Reflection, fit_click, picture_click};
 pub use delays::{CalibrationError, ChannelDelays, ChannelPriors, KnownClick};
 pub use error::Fault;

@@ -120,13 +120,17 @@ impl Trace<'_> {
         let mut extremes = Vec::with_capacity(self.channels.len());
         for (channel, samples) in self.channels.iter().enumerate() {
             if samples.len() != have {
-                return Err(Fault::UnequalChannels { channel, have: samples.len(), need: have });
+                return Err(Fault::UnequalChannels {
+                    channel: channel.into(),
+                    have: samples.len(),
+                    need: have,
+                });
             }
             let look = run(Look(samples));
             if !look.finite
                 && let Some(sample) = samples.iter().position(|y| !y.is_finite())
             {
-                return Err(Fault::NotFinite { channel, sample });
+                return Err(Fault::NotFinite { channel: channel.into(), sample });
             }
             extremes.push(look);
         }
@@ -166,7 +170,7 @@ impl Trace<'_> {
     ) -> Result<(), Fault> {
         let span = high - low;
         if span == 0.0 {
-            return Err(Fault::DeadChannel { channel, span, median });
+            return Err(Fault::DeadChannel { channel: channel.into(), span, median });
         }
         let limit = self.full_scale * (1.0 - 1e-6);
         if !repeats && high < limit && low > -limit {
@@ -185,15 +189,23 @@ impl Trace<'_> {
                 at_extreme[usize::from(y == high)] += 1;
             }
             if run == DROPOUT && span < SILENCE * median {
-                return Err(Fault::DeadChannel { channel, span, median });
+                return Err(Fault::DeadChannel { channel: channel.into(), span, median });
             }
             if run == DROPOUT && y != low && y != high && !self.is_coarse(samples) {
                 let length = samples[run_start..].iter().take_while(|&&v| v == y).count();
-                return Err(Fault::Dropout { channel, at: run_start as f64 / self.rate_hz, samples: length });
+                return Err(Fault::Dropout {
+                    channel: channel.into(),
+                    at: run_start as f64 / self.rate_hz,
+                    samples: length,
+                });
             }
         }
         if at_limit > 0 {
-            return Err(Fault::Clipped { channel, samples: at_limit, level: self.full_scale });
+            return Err(Fault::Clipped {
+                channel: channel.into(),
+                samples: at_limit,
+                level: self.full_scale,
+            });
         }
         for (tops, level) in at_extreme.into_iter().zip([low, high]) {
             let step = if tops > 0 { step(samples) } else { 0.0 };
@@ -203,7 +215,7 @@ impl Trace<'_> {
                 if count < PILED * samples.iter().filter(|&&y| (y - beside).abs() < 0.5 * step).count() {
                     continue;
                 }
-                return Err(Fault::Clipped { channel, samples: count, level });
+                return Err(Fault::Clipped { channel: channel.into(), samples: count, level });
             }
         }
         Ok(())

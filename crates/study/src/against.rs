@@ -31,6 +31,12 @@ impl Study {
                     .to_owned(),
             );
         }
+        if let Some(stage) = self.plan.stages.iter().find(|s| s.channels && !stated) {
+            all.push(format!(
+                "`channels = true` of stage `{}` does nothing: observations/channels.toml, which states the errors of gains and delays, is absent",
+                stage.id
+            ));
+        }
         if self.rig.microphones.channel_errors().is_some() && !stated {
             all.push(
                 "gain_sd and delay_sd of rig.toml count in stages of responses alone: for stages of modes state the errors of the channels in \

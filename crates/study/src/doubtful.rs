@@ -1,6 +1,9 @@
 //! What a folder says that can be so, and most often is a slip.
 
 use crate::campaign::RESERVED;
+use crate::law::Effect;
+use crate::names::{MACH, MASS_FLUX, VELOCITY};
+use crate::plan::Base;
 use crate::{Campaign, ObservedModes, Point, Study, StudyProblem};
 use std::collections::HashMap;
 use std::f64::consts::PI;
@@ -33,6 +36,7 @@ impl Study {
         all.extend(self.without_factor());
         all.extend(self.rooms());
         all.extend(self.sizes());
+        all.extend(self.at_rest());
         all
     }
 
@@ -52,6 +56,23 @@ impl Study {
             }
         }
         Ok(())
+    }
+
+    /// Candidates that name the flow where all gas is at rest.
+    fn at_rest(&self) -> Option<String> {
+        if !matches!(self.plan.base, Base::Ambient | Base::Rig) {
+            return None;
+        }
+        let of_flow = |e: &Effect| [VELOCITY, MACH, MASS_FLUX].iter().any(|name| e.law.uses(*name));
+        let all = self.catalogue.candidates().iter().filter(|c| c.effects.iter().any(of_flow));
+        let ids: Vec<&str> = all.map(|c| c.id.as_str()).collect();
+        (!ids.is_empty()).then(|| {
+            format!(
+                "{} names the flow (U, M or G), which is 0 at every point, because study.toml gives the gas no flow: name a factor of the campaign, or \
+                 give `[base]` states that have one",
+                named(&ids)
+            )
+        })
     }
 
     /// Points that stages would take if a factor had a value.

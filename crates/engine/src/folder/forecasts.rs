@@ -58,7 +58,7 @@ impl Forecasts<'_> {
         far.iter().for_each(|far| tell.note(format!("warning: {}", far.words())));
         if !open.is_empty() {
             tell.note(format!(
-                "the columns averaged_... are over this model and the {} that the evidence leaves open beside it, each as probable as its evidence makes it",
+                "the columns averaged_... average over this model and {} that the evidence leaves open beside it, weighted by their probabilities",
                 open.len()
             ));
             if let Some(said) = at_other_maxima(model, open) {
@@ -132,7 +132,7 @@ pub fn surroundings(asked: &AskedPoint, point: &Point, nearest: &str) -> Option<
     let error = match (given("T_amb_sd"), &asked.day) {
         (true, _) => None,
         (false, None) => {
-            Some("the campaign's standard deviation, as an error of this condition alone".to_owned())
+            Some("the campaign's standard deviation, as an error independent of other points".to_owned())
         }
         (false, Some(day)) => Some(format!("the error of day {day}")),
     };

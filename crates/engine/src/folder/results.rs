@@ -96,7 +96,7 @@ pub fn warn_of_missing(dir: &Path, stage: &str, tell: &dyn Tell) {
     let first = record.missing.as_ref().and_then(|missing| missing.families.first());
     if let Some(family) = first.filter(|f| f.first.probability <= Missing::CHANCE) {
         tell.note(format!(
-            "warning: by `rijke rank` something is missing in this model, described by {}: what is stated here takes it for complete",
+            "warning: `rijke rank` found that the data ask for a further term in this model ({}); what is stated here assumes that the model is complete",
             family.first.words()
         ));
     }

@@ -2,6 +2,7 @@
 
 mod attach;
 mod cuts;
+mod doubled;
 mod fill;
 mod hear;
 mod model;
@@ -22,11 +23,9 @@ use fill::Filled;
 use model::LawAt;
 pub use model::PointModel;
 use rijke_network::flow_chain::FlowChain;
-use rijke_network::{
-    At, Chain, Coefficients, Laws, Network, NetworkError, Newton, Places, Response, Root, Workspace,
-};
+use rijke_network::{Chain, Coefficients, Network, NetworkError, Newton, Places, Response, Root, Workspace};
 use rijke_numerics::{C64, Jet, Order};
-use rijke_study::{Coefficient, MeanFlow};
+use rijke_study::MeanFlow;
 
 /// The estimate of the error of an eigenvalue, relative to |s|, that ends its search. The estimate is that of
 /// the last term taken, so the error itself is smaller by the distance of the guess over that of the modes:
@@ -203,23 +202,6 @@ impl<'a> PointModel<'a> {
             Some(shape) => Ok(Box::new(Moving::new(shape, values, &self.id)?)),
             None => Ok(Box::new(Filled::new(self, values))),
         }
-    }
-
-    /// Of the ends whose law is a reflection coefficient its size at s = i omega, with the place as the
-    /// candidate says it; none in rigs whose lengths are unknown.
-    pub(crate) fn end_reflections(&self, values: &[f64], omega: f64) -> Vec<(String, f64)> {
-        let Some(filled) = self.filled(values).ok().filter(|_| self.shape.is_none()) else {
-            return Vec::new();
-        };
-        let (at, mut laws) = (At::search(C64::new(0.0, omega)), Laws::default());
-        laws.reset(self.laws.len(), &at);
-        filled.fill(&at, &mut laws);
-        let of = |(k, law): (usize, &LawAt)| {
-            let effect = self.effect(law);
-            let reflects = effect.place.is_end() && effect.coefficient == Coefficient::Reflection;
-            reflects.then(|| (effect.place_text.clone(), laws.value(k).norm()))
-        };
-        self.laws.iter().enumerate().filter_map(of).collect()
     }
 
     fn solve<'m>(

@@ -6,7 +6,6 @@ use super::record::UNIDENTIFIED;
 use crate::rows::{Choice, Row};
 use crate::{Assembly, Conditions, EngineError, PointModel};
 use rayon::prelude::*;
-use rijke_inference::Parameters;
 use rijke_network::Workspace;
 use rijke_numerics::{InOrder, Matrix, Order, symmetric_eigen};
 use rijke_study::plan::Stage;
@@ -45,6 +44,8 @@ pub struct Foreseen {
     pub unidentified: Vec<(String, f64)>,
     /// Operating points at which the model, at the centre of its priors, has no mode to start from.
     pub lost: Vec<String>,
+    /// Ends and walls that the rig's file and a candidate both bring, in sentences.
+    pub doubled: Vec<String>,
 }
 
 /// The information of a stage about parameters, by name: J' C^-1 J in prior standard deviations.
@@ -179,8 +180,26 @@ fn foreseen(
         widths: (0..n).map(|i| (list[i].name.clone(), width(i))).collect(),
         unidentified: unidentified.map(|(k, share)| (in_words(k), share)).collect(),
         lost,
+        doubled: doubled(study, &assembly, points)?,
     };
     Ok((found, Information { names: list.iter().map(|p| p.name.clone()).collect(), matrix: total }))
+}
+
+/// What the rig's file and candidates both bring, at the centre of the priors and in the middle of the region
+/// that is searched.
+fn doubled(study: &Study, assembly: &Assembly, points: &[Conditions]) -> Result<Vec<String>, EngineError> {
+    let [low, high] = study.rig.search[1];
+    let omega = std::f64::consts::PI * (low + high);
+    let centre = assembly.centre()?;
+    let mut said = Vec::new();
+    for conditions in points {
+        for sentence in PointModel::new(assembly, conditions, &[])?.doubled(&centre, omega) {
+            if !said.contains(&sentence) {
+                said.push(sentence);
+            }
+        }
+    }
+    Ok(said)
 }
 
 /// The information of the points about the free parameters at the centre of their priors, and the points
@@ -190,8 +209,7 @@ fn information(
     points: &[Conditions],
     sd: [f64; 3],
 ) -> Result<(Matrix, Vec<String>), EngineError> {
-    let parameters = Parameters::new(assembly.parameters().to_vec())?;
-    let centre = parameters.physical(&parameters.centre());
+    let centre = assembly.centre()?;
     let n = centre.len();
     // Width of each prior in the units of its parameter.
     let scale: Vec<f64> = assembly

@@ -116,6 +116,13 @@ impl Run {
         });
         let said: Vec<String> =
             trained.sampler.iter().map(ToString::to_string).chain(feeding(reflections)).collect();
+        let said: Vec<String> = match (found.observed.first(), record.predicted.first()) {
+            (Some(o), Some([_, omega])) => {
+                let model = PointModel::new(assembly, &o.conditions, &[])?;
+                model.doubled(&assembly.centre()?, *omega).into_iter().chain(said).collect()
+            }
+            _ => said,
+        };
         let (fitted, shapes) = self.fitted(stage, &found, &record.predicted);
         let mut doubts = doubts(&found.observed, &fitted, record.misfit, floats(&trained.noise));
         let microphones = &self.rig.microphones;

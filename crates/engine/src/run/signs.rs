@@ -13,14 +13,17 @@ use std::sync::Arc;
 /// A misfit of growth rates, in measured standard deviations, that asks for the question.
 const LARGE: f64 = 3.0;
 
+/// Imaginary parts of pressures, over their moduli, that say nothing of a sign.
+const STANDING: f64 = 1e-3;
+
 /// Nats by which the other sign must lead.
 const LEADS: f64 = 10.0;
 
 impl Run {
     /// What a model gains with the data turned, each in a sentence: where all growth rates are positive and
     /// it misses them by far, if they are decay rates; where its imaginary parts of the pressures are nearer
-    /// to those with the other sign, if they are complex conjugates. Nothing of what gains less than
-    /// [`LEADS`].
+    /// to those with the other sign, or it explains nothing of the growth rates, if they are complex
+    /// conjugates. Nothing of what gains less than [`LEADS`].
     ///
     /// # Errors
     /// [`EngineError::Stopped`].
@@ -46,7 +49,14 @@ impl Run {
                  column holds decay rates, turn their signs"
             ));
         }
-        if self.nearer_conjugated(stage, found)
+        // A flexible model takes up phases of the wrong sign, at the cost of the growth rates.
+        let pressures = found.observed.iter().flat_map(|o| &o.mode.pressures);
+        let standing = pressures.clone().all(|(_, p)| p.im.abs() < STANDING * p.norm());
+        let (mean, n) = (rates.iter().sum::<f64>() / rates.len().max(1) as f64, rates.len() as f64);
+        let spread = (rates.iter().map(|g| (g - mean).powi(2)).sum::<f64>() / n.max(1.0)).sqrt();
+        let explains_none =
+            rates.len() > 2 && found.misfit[0] > spread.max(LARGE * measured_sd(&found.observed, 0));
+        if (self.nearer_conjugated(stage, found) || explains_none && !standing)
             && let Some(gain) = self.gain(stage, row, found, &|o| {
                 o.mode.pressures.iter_mut().for_each(|(_, p)| *p = p.conj());
                 let n = o.mode.covariance.rows();

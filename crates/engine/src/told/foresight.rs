@@ -5,7 +5,7 @@ use rijke_numerics::Tell;
 use rijke_numerics::words::counted;
 use rijke_study::Study;
 use rijke_study::plan::Stage;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Says it of a stage.
 pub fn tell_foresight(study: &Study, stage: &StageForesight, tell: &dyn Tell) {
@@ -38,10 +38,12 @@ pub fn tell_foresight(study: &Study, stage: &StageForesight, tell: &dyn Tell) {
     if study.plan.stage(&stage.id).is_some_and(|(_, plan)| plan.base_errors) {
         tell.say("  these widths leave out the errors of the gas, which training counts: the posterior can be several times wider".to_owned());
     }
+    let doubled: BTreeSet<&String> = stage.models.iter().flat_map(|m| &m.doubled).collect();
+    doubled.into_iter().for_each(|said| tell.note(format!("warning: {said}")));
     for model in &stage.models {
         let widths =
             model.widths.iter().map(|(name, w)| format!("{name} {w:.2}")).collect::<Vec<_>>().join(", ");
-        tell.say(format!("  {}: width after the measurements over that of the prior: {widths}", model.id));
+        tell.say(format!("  {}: posterior sd over prior sd: {widths}", model.id));
         for (direction, share) in &model.unidentified {
             tell.say(format!(
                 "    not identified: {direction} keeps {:.0} % of its prior width",

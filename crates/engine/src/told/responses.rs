@@ -3,7 +3,7 @@
 use super::doubts::{reasons, warn_of_prior};
 use crate::response::ResponseStageRecord;
 use rijke_numerics::Tell;
-use rijke_numerics::words::{counted, quantity};
+use rijke_numerics::words::{counted, fixed, quantity};
 
 /// The models of a stage, best first.
 pub fn tell_responses(stage: &ResponseStageRecord, tell: &dyn Tell) {
@@ -21,7 +21,7 @@ pub fn tell_responses(stage: &ResponseStageRecord, tell: &dyn Tell) {
             tell.say(format!("  no evidence     {}: {}", model.id, model.remark.as_deref().unwrap_or("")));
             continue;
         }
-        tell.say(format!("  {:>9.1} nats  {}", model.ln_evidence() - best, model.id));
+        tell.say(format!("  {:>9} nats  {}", fixed(model.ln_evidence() - best, 1), model.id));
         for remark in reasons(&model.remark) {
             tell.say(format!("                  {remark}"));
         }

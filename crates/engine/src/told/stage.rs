@@ -3,7 +3,7 @@
 use super::doubts::{not_identified, warn_of_prior};
 use crate::run::{Asked, Missing, StageRecord};
 use rijke_numerics::Tell;
-use rijke_numerics::words::{counted, quantity, rounded, with_sd};
+use rijke_numerics::words::{counted, fixed, quantity, rounded, with_sd};
 use rijke_study::HeatedFit;
 
 /// A misfit in growth rate (1/s), frequency (rad/s) and relative pressure that is none.
@@ -19,7 +19,7 @@ pub fn tell_stage(stage: &StageRecord, tell: &dyn Tell) {
         let mark = if model.id == stage.chosen { "  <- goes on" } else { "" };
         match model.evidence {
             Some(_) => {
-                tell.say(format!("  {:>9.1} nats  {}{mark}", model.ln_evidence() - best, model.id));
+                tell.say(format!("  {:>9} nats  {}{mark}", fixed(model.ln_evidence() - best, 1), model.id));
                 for remark in model.remarks().filter(|line| !of_all.contains(line)) {
                     tell.say(format!("                  {remark}"));
                 }
@@ -89,7 +89,7 @@ fn carried_on(stage: &StageRecord, tell: &dyn Tell) {
         let later: Vec<&str> = open.later.iter().map(|l| l.model.as_str()).collect();
         let mark = if open.id == stage.chosen { "  <- goes on" } else { "" };
         tell.say(match nats {
-            Some(nats) => format!("  {nats:>9.1} nats  {} ({}){mark}", open.id, later.join("; ")),
+            Some(nats) => format!("  {:>9} nats  {} ({}){mark}", fixed(nats, 1), open.id, later.join("; ")),
             None => format!("  no evidence     {}: a later stage has no model that could be fitted", open.id),
         });
     }
@@ -129,12 +129,15 @@ fn still_asked(missing: &Missing, tell: &dyn Tell) {
 /// What thermometers say of the heat of a stream.
 pub fn tell_heat(heat: &HeatedFit, tell: &dyn Tell) {
     tell.note(format!(
-        "the gas gets {} of the power, and gives {} W/(m^2 K) to the wall, by the readings",
+        "from the readings: share of the power in the gas {}, heat transfer coefficient at the wall {} W/(m^2 K)",
         with_sd(heat.share[0], heat.share[1]),
         with_sd(heat.cooling[0], heat.cooling[1])
     ));
     if let Some([ratio, sd]) = heat.near {
-        tell.note(format!("one diameter behind the part it gives {} times that", with_sd(ratio, sd)));
+        tell.note(format!(
+            "one diameter downstream of the part the coefficient is {} times that",
+            with_sd(ratio, sd)
+        ));
     }
     tell.note(format!(
         "the rise of the gas scatters from point to point by {:.2} % (root mean square of the posterior; 95 % of it from {:.2} to {:.2} %)",

@@ -27,7 +27,7 @@ pub(crate) fn binary<T: Analytic>(operator: Binary, left: Operand<T>, right: Ope
         // 0^k with Re k > 0 is 0 with all its derivatives, where exp(k ln 0) is NaN: no power law of the
         // gauze's power would survive the cold rig.
         (Binary::Power, N(a), J(b)) if a == C64::ZERO && b.value().re > 0.0 => J(b.scale(C64::ZERO)),
-        (Binary::Power, N(a), J(b)) => J(call(Function::Exp, &b.scale(a.ln()))),
+        (Binary::Power, N(a), J(b)) => J(call(Function::Exp, &b.scale(above(a).ln()))),
         (Binary::Power, J(a), J(b)) => J(call(Function::Exp, &b.times(&call(Function::Ln, &a)))),
     }
 }
@@ -57,7 +57,7 @@ fn number_power(a: C64, b: C64) -> C64 {
     match small_integer(b) {
         Some(n) => a.powi(n),
         None if b.im == 0.0 && a.im == 0.0 && a.re >= 0.0 => C64::new(a.re.powf(b.re), 0.0),
-        None => a.powc(b),
+        None => above(a).powc(b),
     }
 }
 
@@ -71,7 +71,7 @@ fn power<T: Analytic>(x: &T, b: C64) -> T {
             x.compose([z.powi(n), slope, curvature])
         }
         None if b.im == 0.0 => {
-            let p = b.re;
+            let (p, z) = (b.re, above(z));
             x.compose([z.powf(p), p * z.powf(p - 1.0), p * (p - 1.0) * z.powf(p - 2.0)])
         }
         None => call(Function::Exp, &call(Function::Ln, x).scale(b)),
@@ -83,29 +83,24 @@ fn power<T: Analytic>(x: &T, b: C64) -> T {
 fn derivatives(function: Function, z: C64) -> Option<[C64; 3]> {
     Some(match function {
         Function::Sqrt => {
-            let root = root(z);
+            let root = root(above(z));
             let slope = 0.5 * root.inv();
             [root, slope, -0.5 * slope / z]
         }
         Function::Exp => [z.exp(); 3],
         Function::Ln => {
             let r = z.inv();
-            [z.ln(), r, -r * r]
+            [above(z).ln(), r, -r * r]
         }
         Function::Sin => [z.sin(), z.cos(), -z.sin()],
         Function::Cos => [z.cos(), -z.sin(), -z.cos()],
         Function::Tan => {
-            let t = z.tan();
-            let slope = 1.0 + t * t;
-            [t, slope, 2.0 * t * slope]
+            let [t, slope, curvature] = tanh(C64::I * z);
+            [-C64::I * t, slope, C64::I * curvature]
         }
         Function::Sinh => [z.sinh(), z.cosh(), z.sinh()],
         Function::Cosh => [z.cosh(), z.sinh(), z.cosh()],
-        Function::Tanh => {
-            let t = z.tanh();
-            let slope = 1.0 - t * t;
-            [t, slope, -2.0 * t * slope]
-        }
+        Function::Tanh => tanh(z),
         Function::BesselRatio => {
             let r = rijke_numerics::special::bessel_ratio(z);
             let slope = 1.0 - r / z - r * r;
@@ -116,6 +111,28 @@ fn derivatives(function: Function, z: C64) -> Option<[C64; 3]> {
         Function::HoweBelow => rijke_numerics::howe_parts(z)[1],
         Function::Re | Function::Im | Function::Abs | Function::Arg | Function::Conj => return None,
     })
+}
+
+/// A number on the cut of the principal branches is on its upper side: -4 has the imaginary part -0, and 0 -
+/// 4 has +0.
+#[inline]
+fn above(z: C64) -> C64 {
+    C64::new(z.re, z.im + 0.0)
+}
+
+/// tanh z with two derivatives. Far from the imaginary axis cosh z overflows, near it 1 - tanh^2 z cancels.
+fn tanh(z: C64) -> [C64; 3] {
+    const FAR: f64 = 20.0;
+    let [value, slope] = if z.re.abs() < FAR {
+        let r = z.cosh().inv();
+        [z.sinh() * r, r * r]
+    } else {
+        let sign = z.re.signum();
+        let small = (-2.0 * sign * z).exp();
+        let r = (1.0 + small).inv();
+        [sign * (1.0 - small) * r, 4.0 * small * r * r]
+    };
+    [value, slope, -2.0 * value * slope]
 }
 
 /// The principal square root, in a third of the time of one by way of the argument.
@@ -149,7 +166,7 @@ pub(crate) fn number_call(function: Function, z: C64) -> C64 {
         (None, Function::Re) => real(z.re),
         (None, Function::Im) => real(z.im),
         (None, Function::Abs) => real(z.norm()),
-        (None, Function::Arg) => real(z.arg()),
+        (None, Function::Arg) => real(above(z).arg()),
         (None, _) => z.conj(),
     }
 }

@@ -45,7 +45,7 @@ impl fmt::Display for Stop {
             Self::EvaluationCap { .. } => f.write_str("too many evaluations, and no minimum near"),
             Self::Flat { eigenvalue_ratio } => write!(
                 f,
-                "a combination of the parameters is free, for neither data nor priors change along it (curvature {eigenvalue_ratio:.1e} of the largest)"
+                "neither data nor priors determine one combination of the parameters (curvature {eigenvalue_ratio:.1e} of the largest)"
             ),
             Self::Blocked { reason } => write!(f, "no shorter step helps: {reason}"),
         }

@@ -125,8 +125,8 @@ impl std::fmt::Display for ConflictWarning {
                 let prior = if *carried { prior(carried) } else { "their priors" };
                 write!(
                     f,
-                    "the parameters together lie {sds:.1} sd from {prior}, by what the data could be expected to move them; \
-                     the prior density there is {penalty:.1} nats below its maximum"
+                    "the parameters together lie {sds:.1} sd from {prior}, an sd being the move that these data could be \
+                     expected to cause; the prior density there is {penalty:.1} nats below its maximum"
                 )
             }
         }

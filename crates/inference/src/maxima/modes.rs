@@ -190,10 +190,13 @@ pub fn further_maxima(modes: &[OtherMaximum]) -> Option<String> {
         format!("{}, probability {:.2}", at.join(", "), m.share)
     };
     let places: Vec<String> = heavy.iter().take(NAMED).map(place).collect();
+    let further = match modes.len() {
+        1 => "1 further maximum".to_owned(),
+        count => format!("{count} further maxima"),
+    };
     Some(format!(
-        "the posterior has {} further maxima, one with {:+.2} nats of evidence relative to the best fit, to which values and standard deviations \
-         belong; the most probable: {}",
-        modes.len(),
+        "the posterior has {further}; values and standard deviations are those of the best one. The evidence of the next is {:+.2} nats relative to \
+         it: {}",
         -heaviest.below,
         places.join("; ")
     ))

@@ -52,7 +52,7 @@ fn exact_two_signs_are_two_modes() {
         curvature: vec![2.0],
     });
     let parameters = Parameters::new(vec![normal("a", 0.1, 2.0)]).unwrap();
-    warned(&assess(&square, vec![4.0], 0.1, &parameters), "further maxima");
+    warned(&assess(&square, vec![4.0], 0.1, &parameters), "further maxim");
 }
 
 #[test]
@@ -68,7 +68,7 @@ fn exact_an_aliased_delay_is_flagged() {
     });
     let prior = Prior::Uniform { low: 0.0, high: 5.0 };
     let parameters = Parameters::new(vec![Parameter::new("tau", "tau", "s", prior)]).unwrap();
-    warned(&assess(&wave, vec![0.6, 0.8], 0.05, &parameters), "further maxima");
+    warned(&assess(&wave, vec![0.6, 0.8], 0.05, &parameters), "further maxim");
 }
 
 #[test]
@@ -155,7 +155,7 @@ fn exact_failures_are_rows_or_errors_never_numbers() {
     let one = Linear(Matrix::identity(1));
     let posterior = Posterior::new(&one, &data, &parameters).unwrap();
     let found = posterior.assess(&AssessOptions::default()).unwrap();
-    warned(&found, "the noise of 'noise' (1 data) is hardly known");
+    warned(&found, "the noise of 'noise' (1 data) is hardly determined");
 
     let flat = Parameters::new(vec![Parameter::new("a", "a", "1", Prior::Flat)]).unwrap();
     let data = Data::new(vec![observation()], vec![NoiseGroup::fixed("noise", "1", 0.1)]).unwrap();

@@ -137,8 +137,9 @@ impl HeatRelease {
 }
 
 /// Added length of a hole of radius `r` on one side of a plate that fills a tube of radius `outer`, m: 8 r/(3
-/// pi) less what the wall of the tube confines (Ingard, J. Acoust. Soc. Am. 25, 1953, 1037; Fok's function to
-/// third order).
+/// pi) less what the wall of the tube confines (Ingard, J. Acoust. Soc. Am. 25, 1953, 1037), by the fit for a
+/// round hole in a square cell (Atalla & Sgard, J. Sound Vib. 303, 2007, 195), taken at r/outer. It is larger
+/// than Fok's function for a round tube.
 pub(crate) fn end_correction(r: f64, outer: f64) -> f64 {
     let xi = r / outer;
     8.0 * r / (3.0 * PI) * (1.0 - 1.13 * xi - 0.09 * xi.powi(2) + 0.27 * xi.powi(3))

@@ -5,7 +5,6 @@ use super::assembly::{Assembly, Attached, Role};
 use super::error::FileError;
 use super::item::Item;
 use super::problem::ElementProblem;
-use super::routh::grows;
 use super::schema;
 use super::schema::{Coefficient, Direction, Element, Outlet, Transfer};
 use super::spread::Along;
@@ -17,7 +16,7 @@ use crate::laws::{
     inner_correction, matching_length, series_correction,
 };
 use crate::slot::Slot;
-use rijke_numerics::C64;
+use rijke_numerics::{C64, has_growing_root};
 use std::f64::consts::PI;
 
 impl Assembly<'_> {
@@ -40,7 +39,7 @@ impl Assembly<'_> {
             return Ok(Law::Scaled(Box::new(Law::Table(table)), C64::new(gain, 0.0)));
         }
         let mut denominator = item.polynomial("denominator", &t.denominator)?;
-        if grows(&denominator) {
+        if has_growing_root(&denominator) {
             return Err(item.fail(ElementProblem::Grows { key: "denominator" }));
         }
         if let Some(f) = t.cutoff_hz {

@@ -163,6 +163,7 @@ impl Built {
             (None, Ok(x)) => self.network.place_at(x).map_err(DrivenError::Position),
             (None, Err(_)) => {
                 let known = self.places.iter().map(|(_, name)| name.as_str()).collect::<Vec<_>>().join(", ");
+                let known = if known.is_empty() { "none".to_owned() } else { known };
                 Err(DrivenError::Unknown { name: name.to_owned(), known })
             }
         }

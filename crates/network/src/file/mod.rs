@@ -22,7 +22,6 @@ mod oscilos_rule;
 mod problem;
 mod read;
 mod redrawn;
-mod routh;
 mod schema;
 mod sizes;
 mod spread;

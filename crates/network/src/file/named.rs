@@ -2,8 +2,9 @@
 //!
 //! An eigenvalue is F(s, theta) = 0, so that ds/dtheta = -F_theta/F_s. F_s is exact. F_theta is the central
 //! difference of fourth order of F at s held, with steps of 1e-3 theta: its remainder is about 1e-12 of
-//! F'''''/F', rounding 1e-13 of F/(theta F'). Reading the file again at other values is the only way on which
-//! every element, end and table is seen as it is.
+//! F'''''/F', rounding 1e-13 of F/(theta F'). In a mean flow a diameter that is that of
+//! the neighbour has 5e-5: expansion and contraction meet there, and agree to first order. Reading the file
+//! again at other values is the only way on which every element, end and table is seen as it is.
 
 use super::build::Built;
 use super::error::FileError;

@@ -27,6 +27,8 @@ const LIGHT: f64 = 1000.0;
 const THIN: f64 = 1000.0;
 /// Flows through holes are slow beside the sound, up to this Mach number.
 const FAST: f64 = 0.3;
+/// k a at which the first higher mode of a round duct is cut on: the first zero of J1'.
+const CUT_ON: f64 = 1.841_183_78;
 /// A neck so many times as wide as its duct is in another unit.
 const NECK: f64 = 10.0;
 
@@ -55,6 +57,7 @@ impl Sizes {
             let remedy = format!("if these are kPa, write {}", 1e3 * gas.pressure);
             size(head, "pressure", gas.pressure, "Pa", why, remedy)
         }));
+        all.extend(self.cut_on(placed));
         for Placed { item, element, x, .. } in placed {
             let thick = |key, value: f64| {
                 (value > THICK).then(|| millimetres(item, key, value, "longer than any".to_owned()))
@@ -124,6 +127,21 @@ impl Sizes {
         let why = || format!("{waves:.0} wavelengths at the highest frequency of the search");
         let long = value > LONG && waves > MOST_WAVELENGTHS;
         long.then(|| millimetres(item, "length", value, why()))
+    }
+
+    /// The widest duct, if its first higher mode is cut on below the highest frequency of the search.
+    fn cut_on(&self, placed: &[Placed]) -> Option<Warning> {
+        let diameter = |p: &'_ Placed| match &p.element {
+            Element::Duct(duct) => duct.diameter,
+            _ => None,
+        };
+        let widths = placed.iter().filter_map(|p| Some((&p.item, diameter(p)?)));
+        let (item, widest) = widths.max_by(|a, b| a.1.total_cmp(&b.1))?;
+        let cut_on = CUT_ON * self.wavelength * self.highest / (PI * widest);
+        let why = || format!("so wide that a higher mode is cut on at {cut_on:.0} Hz");
+        let remedy = || format!("plane waves are not all that there is above: search below {cut_on:.0} Hz");
+        let beyond = cut_on < self.highest && widest <= self.wavelength.max(WIDE);
+        beyond.then(|| size(item, "diameter", widest, "m", why(), remedy()))
     }
 
     /// A duct in which sound is in no plane waves.

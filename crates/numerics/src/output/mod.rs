@@ -94,7 +94,8 @@ impl StagedFolder {
             Err(_) => target.exists(),
         };
         if occupied && !force {
-            let remedy = "Replace it with --force, or move it away.";
+            let remedy =
+                "Move it away, give another name, or, where the command has --force, replace it with that.";
             return Err(refused(given, "exists already", remedy));
         }
         if occupied && !target.join(mark).is_file() {

@@ -90,6 +90,8 @@ class Data:
         self.values: NDArray[np.float64] = np.asarray(values, float)
         if self.values.ndim != 1:
             raise InputError(f"the values have the shape {self.values.shape}, but one axis is needed")
+        for k in np.flatnonzero(~np.isfinite(self.values))[:1]:
+            raise InputError(f"value {k} is {self.values[k]}, but must be a finite number")
         m = len(self.values)
         self.noise = noise if isinstance(noise, Noise) else Noise(noise if noise is not None or covariance is None else 0.0)
         self.covariance = None if covariance is None else np.asarray(covariance, float)

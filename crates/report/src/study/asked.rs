@@ -1,7 +1,7 @@
 //! What the data still ask for: a table, and gains along the rig.
 
 use super::numbers::{chance, with_uncertainty};
-use crate::draw::html;
+use rijke_draw::html;
 use rijke_engine::run::{Family, Missing, StageRecord};
 
 /// Members of a family that are named.

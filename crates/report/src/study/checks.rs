@@ -1,7 +1,7 @@
 //! A model point by point: residuals over every factor, and each point given all others.
 
 use super::numbers::chance;
-use crate::draw::html;
+use rijke_draw::html;
 use rijke_engine::run::{PointCheck, StageRecord, SumCheck};
 use std::collections::BTreeMap;
 

@@ -1,6 +1,6 @@
 //! Published statements, and whether they hold here.
 
-use crate::draw::html;
+use rijke_draw::html;
 use rijke_engine::run::Judgement;
 use rijke_study::Claims;
 

@@ -1,7 +1,7 @@
 //! The figure of an answer: any question, any factor. One table, one colour per series.
 
 use super::map;
-use crate::draw::{Axis, COLUMN, DOT, Figure, INK, Key, Mark, Panel, Stroke, model_stroke, scale_stroke};
+use rijke_draw::{Axis, COLUMN, DOT, Figure, INK, Key, Mark, Panel, Stroke, model_stroke, scale_stroke};
 use rijke_engine::run::{Answer, AnswerPanel, Frame, FrameRow, Layer, LayerLook, symbol};
 use rijke_rig::DataKind;
 

@@ -2,7 +2,7 @@
 
 use super::numbers::{two_digits, with_uncertainty};
 use super::tables::{chosen, formula};
-use crate::draw::html;
+use rijke_draw::html;
 use rijke_engine::run::{MeasuredRecord, Missing, StageRecord, TrainedParameter};
 
 /// The stage whose model the first screen shows: the last that ranked several models, else the last.

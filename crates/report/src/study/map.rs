@@ -1,6 +1,6 @@
 //! A map of stability: growth rate and probability of instability over two factors, filled.
 
-use crate::draw::{
+use rijke_draw::{
     Axis, DOT, Figure, INK, Key, Mark, Panel, Stroke, fill_colour, fixed, multiples, round_step,
 };
 use rijke_engine::run::{Answer, AnswerPanel, FrameRow, Layer, LayerLook, MapNodes};

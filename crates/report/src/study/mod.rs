@@ -14,7 +14,7 @@ pub(crate) mod numbers;
 mod sliders;
 mod tables;
 
-use crate::draw::{self, html};
+use rijke_draw::html;
 use rijke_engine::run::{
     Answer, Frame, Judgement, ModelRecord, Sliders, StageRecord, gains_along, left_out_table, models,
     residuals_over_factors,
@@ -159,7 +159,7 @@ impl StudyPage {
             return Ok(String::new());
         };
         if let Some(svg) = answer_svg(Some(head.kind), answer) {
-            self.files.push((format!("figures/{}.pdf", answer.id), crate::pdf(&svg)?));
+            self.files.push((format!("figures/{}.pdf", answer.id), rijke_draw::pdf(&svg)?));
             self.files.push((format!("figures/{}.svg", answer.id), svg.into_bytes()));
         }
         let of = stage.map_or(String::new(), |s| format!(" data-stage=\"{}\"", s.id));
@@ -224,13 +224,13 @@ fn answer(stage: &StageRecord) -> Option<String> {
     let others = stage.models.iter().filter(|m| m.id != stage.winner).filter_map(|m| Some((m, total(m)?)));
     let (second, next) = others.max_by(|a, b| a.1.total_cmp(&b.1))?;
     let lead = best - next;
-    let name = |m: &ModelRecord| draw::html(&m.label);
-    let title = draw::html(&stage.title);
+    let name = |m: &ModelRecord| html(&m.label);
+    let title = html(&stage.title);
     Some(if lead > stage.decides.max(3.0) {
         format!("{title}: <b>{}</b>, {lead:.1} nats ahead of {}.", name(winner), name(second))
     } else {
         let (first, other, rest) = apart(&winner.label, &second.label);
-        let (first, other) = (draw::html(&first), draw::html(&other));
+        let (first, other) = (html(&first), html(&other));
         format!(
             "{title}: not decided between <b>{first}</b> and {other}, which is {lead:.1} nats behind: odds of {:.1} to 1.{rest}",
             lead.exp()

@@ -1,7 +1,7 @@
 //! The section of the page in which a reader moves parameters and factors, and the scripts that solve the
 //! model there.
 
-use crate::draw::html;
+use rijke_draw::html;
 use rijke_engine::run::{Sliders, StageRecord};
 
 /// What the section is called.

@@ -2,7 +2,7 @@
 
 use super::head::StudyHead;
 use super::numbers::{chance, with_uncertainty};
-use crate::draw::html;
+use rijke_draw::html;
 use rijke_engine::run::{CarriedOn, ModelRecord, StageRecord, TrainedParameter};
 use std::collections::BTreeMap;
 

@@ -1,4 +1,3 @@
 //! Pages and figures.
 
 mod page;
-mod pdf;

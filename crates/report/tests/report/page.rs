@@ -56,7 +56,7 @@ fn stage() -> StageRecord {
         chosen: "a".into(),
         decides: 3.0,
         assumes: vec!["Cold tube: x is taken, though y is only 0.4 nats behind".into()],
-        missed: Some("frequencies are missed by 1.7 % of their size".into()),
+        missed: Some("frequencies are missed by 1.7 %".into()),
         carried: vec![carried("a", Some(-30.0)), carried("b", Some(-31.25)), carried("c", None)],
         missing: Some(missing()),
         lengths: None,
@@ -291,7 +291,7 @@ fn behaviour_every_look_is_drawn_without_holes_in_the_text() {
     ] {
         let map = answer_svg(None, &map(growth)).unwrap();
         assert!(map.contains(words) && map.contains("stable: x") && !map.contains("NaN"), "{map}");
-        assert!(rijke_report::pdf(&map).unwrap().starts_with(b"%PDF"));
+        assert!(rijke_draw::pdf(&map).unwrap().starts_with(b"%PDF"));
     }
     // Modes of one point lie far apart: no line leads from one to another, and each has a panel.
     let mut two = answer(LayerLook::Line);

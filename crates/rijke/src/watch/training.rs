@@ -1,12 +1,13 @@
 //! Trainings, on a thread of their own: records never wait for them.
 
 use crate::flow;
+use rijke_draw::plot_svg;
 use rijke_engine::EngineError;
 use rijke_engine::folder::{observations, of_the_engine, open_study};
 use rijke_engine::run::{Leading, Next, Run, Sequence, Trusted, Wish, so_far, verdicts};
 use rijke_intake::flow_is_due;
 use rijke_numerics::{Classify, Failed, keep_others};
-use rijke_report::{StudyHead, StudyPage, plot_svg};
+use rijke_report::{StudyHead, StudyPage};
 use rijke_study::{ObservedModes, Study};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;

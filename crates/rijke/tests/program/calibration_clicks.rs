@@ -158,7 +158,7 @@ fn message_clicks_that_the_sampling_rate_cuts_off() {
     for hz in [3000.0, 4000.0] {
         let (_, refused, reason) = calibrations(hz, End::Own, 1, true);
         assert!(
-            refused == 1 && reason.contains("calibration/ping-rate-00.wav: the impulse at channel 0"),
+            refused == 1 && reason.contains("calibration/ping-rate-00.wav: the impulse at microphone 0 ("),
             "{reason}"
         );
         assert!(

@@ -1,7 +1,7 @@
 //! The figure of docs/records/designs.md, drawn from its table.
 
 use crate::example;
-use rijke_report::plot_svg;
+use rijke_draw::plot_svg;
 use rijke_rig::{DataKind, Look, Plot, PlotCurve, PlotPanel};
 use std::fs;
 

@@ -52,6 +52,34 @@ fn behaviour_what_no_measurement_can_tell_is_named() {
     );
 }
 
+/// A wall or an end that the file of the rig and a candidate both bring counts twice.
+#[test]
+fn message_what_rig_and_candidate_both_bring_is_named() {
+    let folder = scratch("doubled");
+    copy(&example("quarter-wave"), &folder.join("rig"));
+    let path = folder.join("rig/rig.toml");
+    let sound = fs::read_to_string(&path).unwrap();
+    assert!(!said(&folder, "check rig").1.contains("adds to that"));
+    for (from, to, says) in [
+        (
+            "wall = \"none\"",
+            "wall = \"kirchhoff\"",
+            "at tube (`wall`): 2.0 times that together. Write wall = \"none\"",
+        ),
+        (
+            "no flange; candidates say what it reflects\ntype = \"free\"",
+            "\ntype = \"unflanged\"",
+            "|R| is 1.99 together. Write type = \"free\"",
+        ),
+    ] {
+        assert!(sound.contains(from), "{from}");
+        fs::write(&path, sound.replacen(from, to, 1)).unwrap();
+        let (code, text) = said(&folder, "check rig");
+        assert!(code == Some(0) && text.contains(says), "{text}");
+        assert_eq!(text.matches(says).count(), text.matches("adds to that").count(), "{text}");
+    }
+}
+
 /// The unit of a coefficient is checked before a model is trained.
 #[test]
 fn message_a_formula_of_another_unit_is_refused() {

@@ -33,18 +33,15 @@ fn behaviour_a_gain_that_drifts_is_said_and_left_out() {
     let (code, said) = process(&folder);
     assert!(code == Some(0) && said.contains("0 rejected") && said.contains("3 put right"), "{said}");
     for part in [
-        "microphone 3 was left out of 3 of 3 pings",
+        "microphone 3 (p4) was left out of 3 of 3 pings",
         "e-0, e-40",
-        "channel 3 decays otherwise than the others",
+        "microphone 3 (p4) decays otherwise than the others",
         "write `dead = [3]`",
     ] {
         assert!(said.contains(part), "{part}: {said}");
     }
     let corrections = fs::read_to_string(folder.join("observations/corrections.csv")).unwrap();
-    assert!(
-        corrections.contains("a.csv,\"channel 3 was left out: channel 3 decays otherwise"),
-        "{corrections}"
-    );
+    assert!(corrections.contains("a.csv,\"left out: microphone 3 (p4) decays otherwise"), "{corrections}");
     let pings = fs::read_to_string(folder.join("observations/pings.csv")).unwrap();
     let mut rows = pings.lines().map(|l| l.split(',').collect::<Vec<_>>());
     let head = rows.next().unwrap();
@@ -65,8 +62,8 @@ fn message_a_dead_microphone_and_other_mains_are_named_with_what_to_write() {
     // It costs its channel only.
     assert_eq!(code, Some(0), "{said}");
     for part in [
-        "microphone 3 was left out of 3 of 3 pings",
-        "channel 3 carries no signal: its amplitude is",
+        "microphone 3 (p4) was left out of 3 of 3 pings",
+        "microphone 3 (p4) carries no signal: its amplitude is",
         "the median of the channels",
         "write `dead = [3]`",
         "3 records, 0 rejected",

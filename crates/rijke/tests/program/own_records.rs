@@ -106,7 +106,17 @@ fn behaviour_the_study_says_where_the_mode_lies_and_how_warm_it_was() {
     assert_eq!(fs::read_to_string(folder.join("observations/readings.csv")).unwrap(), mine);
     // It may stand beside study.toml as well, but must be somewhere.
     fs::rename(folder.join("observations/readings.csv"), folder.join("readings.csv")).unwrap();
-    assert!(rijke(&folder, &["check", "."]).status.success());
+    let checked = || {
+        let output = rijke(&folder, &["check", "."]);
+        (output.status.success(), String::from_utf8_lossy(&output.stderr).into_owned())
+    };
+    let (good, said) = checked();
+    assert!(good && !said.contains("will reject"), "{said}");
+    // What rejects all records is said before all are fitted.
+    manifest(&folder, &format!("band_hz = [80, 300]\n{MANIFEST}"));
+    let (good, said) = checked();
+    assert!(good && said.contains("`rijke process` will reject a.csv") && said.contains("67.5 Hz"), "{said}");
+    manifest(&folder, MANIFEST);
     fs::remove_file(folder.join("readings.csv")).unwrap();
     let output = rijke(&folder, &["check", "."]);
     let missing = String::from_utf8_lossy(&output.stderr).into_owned();
@@ -203,7 +213,7 @@ fn behaviour_a_dead_microphone_keeps_the_others_names_in_the_study() {
     manifest(&folder, &format!("{MANIFEST}[[exception]]\nfiles = [\"c.csv\"]\ndead = [2]\n"));
     let (code, said) = process(&folder, &["--force"]);
     assert!(code == Some(0) && said.contains("0 rejected"), "{said}");
-    assert!(said.contains("e-40: without microphone 2, which is dead"), "{said}");
+    assert!(said.contains("e-40: without microphone 2 (p3), which is dead"), "{said}");
     let text = fs::read_to_string(folder.join("observations/pings.csv")).unwrap();
     let at = text.lines().next().unwrap().split(',').position(|c| c == "p3_re").unwrap();
     let empty: Vec<bool> = text.lines().skip(1).map(|l| l.split(',').nth(at).unwrap().is_empty()).collect();

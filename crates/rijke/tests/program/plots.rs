@@ -19,7 +19,7 @@ fn exact_the_page_names_every_picture_and_every_picture_has_its_panels() {
     for (name, panels) in named.iter().zip(["(a)(b)", "(a)(b)(c)(d)", "(a)(b)"]) {
         let picture = fs::read_to_string(plots.join(name)).unwrap();
         let pdf = fs::read(plots.join(name.replace(".svg", ".pdf"))).unwrap();
-        assert_eq!(pdf, rijke_report::pdf(&picture).unwrap(), "{name}");
+        assert_eq!(pdf, rijke_draw::pdf(&picture).unwrap(), "{name}");
         assert!(picture.starts_with("<svg") && picture.trim_end().ends_with("</svg>"), "{name}");
         for panel in panels.split_inclusive(')') {
             assert!(picture.contains(panel), "{name}: no panel {panel}");

@@ -92,7 +92,7 @@ fn exact_table_csv_json_and_plot_hold_the_same() {
     let svg = fs::read_to_string(folder.join("r.svg")).unwrap();
     assert!(svg.contains("phase / deg") && svg.contains("R at middle"), "{svg}");
     assert_eq!(with(&["--plot", "r.pdf"]), table);
-    assert_eq!(fs::read(folder.join("r.pdf")).unwrap(), rijke_report::pdf(&svg).unwrap());
+    assert_eq!(fs::read(folder.join("r.pdf")).unwrap(), rijke_draw::pdf(&svg).unwrap());
 }
 
 #[test]

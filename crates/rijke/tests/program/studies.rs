@@ -79,7 +79,10 @@ fn behaviour_a_study_becomes_a_page_that_says_virtual() {
     let (code, refused) = said(&["--map", "x_g,Q", "--at", "Q=30"]);
     assert!(code == Some(2) && refused.contains("`Q` is on an axis of the map"), "{refused}");
     let (_, own) = said(&["--at", "x_g=0.2,Q=30,T_amb=300"]);
-    assert!(own.contains("as an error of this condition alone; give T_amb_sd in --at for another"), "{own}");
+    assert!(
+        own.contains("as an error independent of other points; give T_amb_sd in --at for another"),
+        "{own}"
+    );
     let (_, hot) = said(&["--at", "x_g=0.2,Q=30,T_amb=330"]);
     let far = "T_amb = 330 K is beyond the points that trained";
     assert!(hot.contains(far) && !own.contains(far), "{hot}{own}");

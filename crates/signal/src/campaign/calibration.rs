@@ -1,6 +1,7 @@
 //! What the calibration clicks of a record set say of its channels, and what is done without them.
 
 use super::fitted::rejection;
+use super::live::of_rig;
 use super::options::{ProcessError, ProcessOptions};
 use super::path::click_options;
 use crate::click::{ClickFit, ClickOptions, Extent, fit_click};
@@ -58,7 +59,7 @@ pub(super) fn calibrate(
             }
             Err(cause) => {
                 let first = rejections.get(before).map(|r| format!("{}: {}", r.record, r.reason));
-                let cause = cause.numbered(&set.acquisition.numbers(set.rig.microphones.positions.len()));
+                let cause = Box::new(cause.called(&of_rig(&set.acquisition, &set.rig.microphones)));
                 let records = files(set, rate_hz);
                 return Err(ProcessError::Calibration { rate_hz, records, cause, first_rejection: first });
             }
@@ -156,7 +157,7 @@ fn at_rate(
     records: &mut usize,
 ) -> Result<Result<Found, CalibrationError>, ProcessError> {
     let set = source.set();
-    let numbers = set.acquisition.numbers(set.rig.microphones.positions.len());
+    let called = of_rig(&set.acquisition, &set.rig.microphones);
     let jobs: Vec<(usize, usize)> =
         of_rate(set, rate_hz).flat_map(|(k, c)| (0..c.clicks.len()).map(move |n| (k, n))).collect();
     *records += jobs.len();
@@ -195,7 +196,7 @@ fn at_rate(
                     speed_sd: 0.5 * day.ambient_temperature_sd / day.ambient_temperature,
                 });
             }
-            Err(fault) => rejections.push(rejection(&calibration.clicks[repeat], &fault.numbered(&numbers))),
+            Err(fault) => rejections.push(rejection(&calibration.clicks[repeat], &fault.called(&called))),
         }
     }
     let spread = options.gain_spread.unwrap_or(crate::delays::GAIN_SPREAD);

@@ -1,5 +1,6 @@
 //! Gains that change from record to record.
 
+use crate::Channel;
 use crate::repeats::Repeats;
 
 /// Scatter of a relative pressure between the repeats of a point, relative to it, that is said; and how
@@ -9,37 +10,38 @@ const ODD: f64 = 5.0;
 /// Where all pressures scatter alike, within this factor, their reference does.
 const ALIKE: f64 = 2.0;
 
-/// The pings of a point: its name, what its repeats say, the numbers of its microphones in the rig, and the
+/// The pings of a point: its name, what its repeats say, its microphones, and the
 /// place of the reference among them.
 pub(super) struct OfPoint<'a> {
     pub(super) point: &'a str,
     pub(super) repeats: &'a Repeats,
-    pub(super) numbers: Vec<usize>,
+    pub(super) microphones: Vec<Channel>,
     pub(super) reference: usize,
 }
 
 /// Says which microphones have a gain that changes between repeats.
 pub(super) fn wandering(points: &[OfPoint<'_>]) -> Vec<String> {
-    let mut found: Vec<(usize, &str, f64)> = points.iter().flat_map(of_point).collect();
-    found.sort_by_key(|f| f.0);
-    let say = |of: &[(usize, &str, f64)]| {
+    let mut found: Vec<(&Channel, &str, f64)> = points.iter().flat_map(of_point).collect();
+    found.sort_by_key(|f| f.0.number());
+    let say = |of: &[(&Channel, &str, f64)]| {
         let largest = of.iter().map(|f| f.2).fold(0.0, f64::max);
-        let (number, names) = (of[0].0, of.iter().map(|f| f.1).take(3).collect::<Vec<_>>().join(", "));
+        let (microphone, names) = (of[0].0, of.iter().map(|f| f.1).take(3).collect::<Vec<_>>().join(", "));
         let more = if of.len() > 3 { format!(" and {} more", of.len() - 3) } else { String::new() };
         format!(
-            "the gain of microphone {number} changes between the repeats of {names}{more}, by up to {:.1} %: mode shapes carry this as an error. Look \
-             after it, or write `dead = [{number}]` in the manifest",
-            100.0 * largest
+            "the gain of {microphone} changes between the repeats of {names}{more}, by up to {:.1} %: mode shapes carry this as an error. Look \
+             after it, or write `dead = [{}]` in the manifest",
+            100.0 * largest,
+            microphone.number()
         )
     };
     found.chunk_by(|a, b| a.0 == b.0).map(say).collect()
 }
 
-/// Number of the microphone, point, relative scatter.
-fn of_point<'a>(of: &OfPoint<'a>) -> Vec<(usize, &'a str, f64)> {
+/// Microphone, point, relative scatter.
+fn of_point<'a>(of: &'a OfPoint<'a>) -> Vec<(&'a Channel, &'a str, f64)> {
     let Repeats { between, mean, .. } = of.repeats;
-    let others: Vec<usize> =
-        (0..of.numbers.len()).filter(|m| *m != of.reference).map(|m| of.numbers[m]).collect();
+    let others: Vec<&Channel> =
+        (0..of.microphones.len()).filter(|m| *m != of.reference).map(|m| &of.microphones[m]).collect();
     let scatter = |i: usize| {
         let (re, im) = (2 + 2 * i, 3 + 2 * i);
         (between[re] + between[im]).sqrt() / mean[re].hypot(mean[im])
@@ -52,15 +54,16 @@ fn of_point<'a>(of: &OfPoint<'a>) -> Vec<(usize, &'a str, f64)> {
     sorted.sort_by(f64::total_cmp);
     let (least, most, median) = (sorted[0], sorted[sorted.len() - 1], sorted[(sorted.len() - 1) / 2]);
     if least > SAID && most < ALIKE * least {
-        return vec![(of.numbers[of.reference], of.point, median)];
+        return vec![(&of.microphones[of.reference], of.point, median)];
     }
-    let odd = |(m, r): (&usize, &f64)| (*r > SAID && *r > ODD * median).then_some((*m, of.point, *r));
+    let odd = |(m, r): (&&'a Channel, &f64)| (*r > SAID && *r > ODD * median).then_some((*m, of.point, *r));
     others.iter().zip(&all).filter_map(odd).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Channel;
     use crate::repeats::combine;
     use rijke_numerics::Matrix;
 
@@ -77,18 +80,21 @@ mod tests {
             })
             .collect();
         let repeats = combine(&values, &|k| k.to_string()).unwrap();
-        wandering(&[OfPoint { point: "a", repeats: &repeats, numbers: vec![0, 1, 2, 4, 5], reference: 0 }])
+        let microphones =
+            [0, 1, 2, 4, 5].map(|number| Channel::Microphone { number, name: format!("m{number}").into() });
+        let microphones = microphones.to_vec();
+        wandering(&[OfPoint { point: "a", repeats: &repeats, microphones, reference: 0 }])
     }
 
     #[test]
     fn message_the_microphone_whose_gain_changes_is_named() {
         assert!(said(3, 0.0).is_empty() && said(3, 1e-3).is_empty());
         let odd = said(3, 0.05);
-        assert!(odd.len() == 1 && odd[0].starts_with("the gain of microphone 4 changes"), "{odd:?}");
+        assert!(odd.len() == 1 && odd[0].starts_with("the gain of microphone 4 (m4) changes"), "{odd:?}");
         assert!(odd[0].contains("`dead = [4]`"));
         let reference = said(0, 0.05);
         assert!(
-            reference.len() == 1 && reference[0].starts_with("the gain of microphone 0 changes"),
+            reference.len() == 1 && reference[0].starts_with("the gain of microphone 0 (m0) changes"),
             "{reference:?}"
         );
     }

@@ -1,7 +1,7 @@
 //! Channels that the others of their record contradict: a point goes without them, or without the records.
 
 use super::fitted::{PingOfRecord, rejection};
-use crate::Fault;
+use crate::{Channel, Fault};
 use rijke_rig::Rejection;
 
 /// A point keeps a channel that was left out of one of so many of its pings, and goes without these pings; of
@@ -13,8 +13,7 @@ const NAMED: usize = 3;
 
 /// A channel that was left out of a record.
 pub(super) struct LeftOut {
-    /// Its number in the rig.
-    number: usize,
+    microphone: Channel,
     point: String,
     record: String,
     reason: String,
@@ -26,7 +25,7 @@ pub(super) fn settle(
     point: &str,
     pings: &mut Vec<PingOfRecord>,
     names: &[String],
-    numbers: &[usize],
+    called: &[Channel],
     rejections: &mut Vec<Rejection>,
 ) -> Vec<LeftOut> {
     let mut channels: Vec<usize> = pings.iter().flat_map(|p| p.left_out.iter().map(|l| l.0)).collect();
@@ -43,17 +42,17 @@ pub(super) fn settle(
             continue;
         }
         pings.retain(|p| {
-            let fault = without(p).map(|fault| fault.numbered(numbers));
+            let fault = without(p).map(|fault| fault.called(called));
             rejections.extend(fault.as_ref().map(|fault| rejection(&names[p.repeat], fault)));
             fault.is_none()
         });
     }
     let of = |p: &PingOfRecord| -> Vec<LeftOut> {
         let said = |(channel, fault): &(usize, Fault)| LeftOut {
-            number: numbers[*channel],
+            microphone: called[*channel].clone(),
             point: point.to_owned(),
             record: names[p.repeat].clone(),
-            reason: fault.clone().numbered(numbers).to_string(),
+            reason: fault.clone().called(called).to_string(),
         };
         p.left_out.iter().map(said).collect()
     };
@@ -62,17 +61,17 @@ pub(super) fn settle(
 
 /// A row of the table of what was put right.
 pub(super) fn correction(left: &LeftOut) -> Rejection {
-    let LeftOut { number, record, reason, .. } = left;
-    Rejection { record: record.clone(), reason: format!("channel {number} was left out: {reason}") }
+    let LeftOut { record, reason, .. } = left;
+    Rejection { record: record.clone(), reason: format!("left out: {reason}") }
 }
 
 /// A sentence for every channel that was left out of some of `count` pings.
 pub(super) fn in_words(all: &[LeftOut], count: usize) -> Vec<String> {
-    let mut numbers: Vec<usize> = all.iter().map(|l| l.number).collect();
+    let mut numbers: Vec<usize> = all.iter().map(|l| l.microphone.number()).collect();
     numbers.sort_unstable();
     numbers.dedup();
     let of = |number: usize| {
-        let own: Vec<&LeftOut> = all.iter().filter(|l| l.number == number).collect();
+        let own: Vec<&LeftOut> = all.iter().filter(|l| l.microphone.number() == number).collect();
         let mut points: Vec<&str> = own.iter().map(|l| l.point.as_str()).collect();
         points.dedup();
         let more = points.len().saturating_sub(NAMED);
@@ -84,8 +83,9 @@ pub(super) fn in_words(all: &[LeftOut], count: usize) -> Vec<String> {
             format!(". If it cannot be trusted, write {trust} in the manifest")
         };
         format!(
-            "microphone {number} was left out of {} of {count} pings, which the others fit without it: {}{and} have no pressure there (corrections.csv \
+            "{} was left out of {} of {count} pings, which the others fit without it: {}{and} have no pressure there (corrections.csv \
              lists the records). The first, {}: {}{remedy}",
+            own[0].microphone,
             own.len(),
             points[..points.len().min(NAMED)].join(", "),
             own[0].record,
@@ -124,9 +124,11 @@ mod tests {
     fn behaviour_few_records_go_and_of_many_the_channel_does() {
         let names: Vec<String> = (0..10).map(|n| format!("ping-{n}")).collect();
         // Microphone 2 of the records is number 3 of the rig, because 1 is dead.
-        let numbers = [0, 2, 3];
-        let drifts = Fault::GainDrifts { channel: 2, growth_rates: [-8.9, -9.0], sd: 0.01, distance: 10.0 };
-        let silent = Fault::NoSignal { channel: 2, ratio: 0.01, median: 900.0 };
+        let called =
+            [0, 2, 3].map(|number| Channel::Microphone { number, name: format!("p{}", number + 1).into() });
+        let drifts =
+            Fault::GainDrifts { channel: 2.into(), growth_rates: [-8.9, -9.0], sd: 0.01, distance: 10.0 };
+        let silent = Fault::NoSignal { channel: 2.into(), ratio: 0.01, median: 900.0 };
         for (fault, count, without, rejected, left) in [
             (&drifts, 10, 1, 1, 0),
             (&drifts, 10, 2, 2, 0),
@@ -139,14 +141,14 @@ mod tests {
             (&silent, 3, 3, 0, 3),
         ] {
             let (mut all, mut rejections) = (pings(count, without, fault), Vec::new());
-            let said = settle("a", &mut all, &names, &numbers, &mut rejections);
+            let said = settle("a", &mut all, &names, &called, &mut rejections);
             assert_eq!((rejections.len(), said.len(), all.len()), (rejected, left, count - rejected));
             let words = in_words(&said, count);
             assert_eq!(words.len(), usize::from(left > 0));
             if let Some(first) = words.first() {
-                let start = format!("microphone 3 was left out of {left} of {count} pings");
+                let start = format!("microphone 3 (p4) was left out of {left} of {count} pings");
                 assert!(first.starts_with(&start) && first.contains("`dead = [3]`"), "{first}");
-                assert!(correction(&said[0]).reason.starts_with("channel 3 was left out: channel 3 "));
+                assert!(correction(&said[0]).reason.starts_with("left out: microphone 3 (p4) "));
             }
         }
     }

@@ -1,7 +1,7 @@
 //! Records in which a microphone is dead: the others are used, under the numbers that they have in the rig.
 
-use crate::Fault;
-use rijke_rig::Record;
+use crate::{Channel, Fault};
+use rijke_rig::{Acquisition, Microphones, Record};
 
 /// A record without the channels that hold nothing.
 #[derive(Clone, Debug)]
@@ -27,8 +27,14 @@ impl LiveRecord {
 }
 
 impl Fault {
-    /// The same with a channel under the number that `numbers` has for it.
-    pub(crate) fn numbered(mut self, numbers: &[usize]) -> Self {
+    /// The fault of a record of which it saw the channels at `places` alone.
+    pub(crate) fn within(self, places: &[usize]) -> Self {
+        self.called(&places.iter().copied().map(Channel::Place).collect::<Vec<_>>())
+    }
+
+    /// The same with its channels called as `others` call those at their places.
+    #[must_use]
+    pub fn called(mut self, others: &[Channel]) -> Self {
         if let Self::UnequalChannels { channel, .. }
         | Self::NotFinite { channel, .. }
         | Self::Spike { channel, .. }
@@ -47,15 +53,25 @@ impl Fault {
         | Self::Residual { channel, .. }
         | Self::GainDrifts { channel, .. }
         | Self::Inverted { channel } = &mut self
-            && let Some(number) = numbers.get(*channel)
         {
-            *channel = *number;
+            channel.call(others);
         }
         if let Self::GainsApart { channels, .. } = &mut self {
-            channels.iter_mut().for_each(|c| *c = numbers.get(*c).copied().unwrap_or(*c));
+            channels.iter_mut().for_each(|channel| channel.call(others));
         }
         self
     }
+}
+
+/// The microphones of a set of records, as the rig calls them.
+pub(super) fn of_rig(acquisition: &Acquisition, microphones: &Microphones) -> Vec<Channel> {
+    let count = microphones.positions.len();
+    let names = [&microphones.names, &acquisition.reading.microphones].into_iter().find(|n| n.len() == count);
+    let name = |place: usize, number: usize| {
+        names.map_or_else(|| format!("p{}", number + 1), |names| names[place].clone())
+    };
+    let numbers = acquisition.numbers(count).into_iter().enumerate();
+    numbers.map(|(place, number)| Channel::Microphone { number, name: name(place, number).into() }).collect()
 }
 
 /// The microphones that are in all of several ascending lists.

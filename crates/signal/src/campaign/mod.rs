@@ -10,6 +10,7 @@ mod kept;
 mod left_out;
 mod live;
 mod loud;
+mod odd;
 mod options;
 mod path;
 mod process;

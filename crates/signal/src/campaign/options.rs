@@ -69,7 +69,7 @@ pub enum ProcessError {
         /// Its files: the first, and how many more.
         records: String,
         /// The reason.
-        cause: CalibrationError,
+        cause: Box<CalibrationError>,
         /// Why the first of the rejected records was rejected.
         first_rejection: Option<String>,
     },

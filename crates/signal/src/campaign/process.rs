@@ -9,8 +9,9 @@ use super::fitted::{Fitted, PingOfRecord, by_point, rejection};
 use super::gains::{OfPoint, wandering};
 use super::kept::Kept;
 use super::left_out::{correction, in_words, settle};
-use super::live::{LiveRecord, in_all};
+use super::live::{LiveRecord, in_all, of_rig};
 use super::loud::Loudest;
+use super::odd::{reject_odd, usual_scatter};
 use super::options::{PointScatter, ProcessError, ProcessOptions, Processed};
 use super::path::{click_options, setting_covariance};
 use super::rates::{of_other_rates, without_shapes};
@@ -19,7 +20,7 @@ use crate::click::fit_click;
 use crate::dsp::noise::other_mains;
 use crate::ping::{PingOptions, fit_majority};
 use crate::repeats::{Repeats, pool};
-use crate::{Fault, Trace};
+use crate::{Channel, Fault, Trace};
 use rayon::prelude::*;
 use rijke_rig::{Click, Observations, Ping, PointObservations, RecordSet, RecordSource, RigError};
 use std::collections::BTreeSet;
@@ -132,7 +133,7 @@ pub fn process_again(
     notes.extend(loudest.in_words());
     let calibration_clicks = rejections.len();
     let microphones = set.rig.microphones.positions.len();
-    let numbers = set.acquisition.numbers(microphones);
+    let called = of_rig(&set.acquisition, &set.rig.microphones);
     let of_points = by_point(&jobs, &fitted, set.points.len());
     let (drifts, excesses) = (drifts_of(&of_points), excesses_of(&of_points));
     // Fits are given up as their means are made: those of a whole campaign are not held twice.
@@ -149,39 +150,35 @@ pub fn process_again(
                 }
                 Fitted::Ping(Err(fault), hum) => {
                     hums.extend(hum);
-                    rejections.push(rejection(&records.pings[repeat], &fault.numbered(&numbers)));
+                    rejections.push(rejection(&records.pings[repeat], &fault.called(&called)));
                 }
                 Fitted::Click(Ok(Some((click, inverted)))) => {
                     // Polarity does not move an arrival.
                     corrections.extend(
                         inverted
-                            .map(|channel| Fault::Inverted { channel }.numbered(&numbers))
+                            .map(|channel| Fault::Inverted { channel: channel.into() }.called(&called))
                             .map(|fault| rejection(&records.clicks[repeat], &fault)),
                     );
                     clicks.push((repeat, click));
                 }
                 Fitted::Click(Ok(None)) => {}
                 Fitted::Click(Err(fault)) => {
-                    rejections.push(rejection(&records.clicks[repeat], &fault.numbered(&numbers)));
+                    rejections.push(rejection(&records.clicks[repeat], &fault.called(&called)));
                 }
             }
         }
-        let left_out = settle(&records.point.id, &mut pings, &records.pings, &numbers, &mut rejections);
+        let left_out = settle(&records.point.id, &mut pings, &records.pings, &called, &mut rejections);
         corrections.extend(left_out.iter().map(correction));
         all_left_out.extend(left_out);
         // Repeats are compared in the microphones that all of them have.
         let live = in_all(pings.iter().map(|p| &p.live));
-        let named: Vec<usize> = live.iter().map(|m| numbers[*m]).collect();
+        let named: Vec<Channel> = live.iter().map(|m| called[*m].clone()).collect();
         let is_dead = |m: &usize| {
             !live.contains(m) && pings.iter().all(|p| p.left_out.iter().all(|(left, _)| left != m))
         };
-        let dead: Vec<String> = (0..microphones).filter(is_dead).map(|m| numbers[m].to_string()).collect();
+        let dead: Vec<String> = (0..microphones).filter(is_dead).map(|m| called[m].to_string()).collect();
         if !named.is_empty() && !dead.is_empty() {
-            notes.push(format!(
-                "{}: without microphone {}, which is dead",
-                records.point.id,
-                dead.join(", ")
-            ));
+            notes.push(format!("{}: without {}, which is dead", records.point.id, dead.join(" and ")));
         }
         let (own_excess, excess) = &excesses[k];
         if own_excess.is_significant() || excess.is_significant() {
@@ -199,17 +196,25 @@ pub fn process_again(
         }
         corrections.extend(turn_inverted(&mut pings, &records.pings, &named));
         let ping_repeats = combine_pings(&mut pings, &records.pings, &named, &mut rejections);
-        let click_repeats = combine_clicks(&mut clicks, &records.clicks, &numbers, &mut rejections);
+        let click_repeats = combine_clicks(&mut clicks, &records.clicks, &called, &mut rejections);
         let (of_drift, of_excess) = ((*drift, *of_all), excess.variance_if_known());
         gathered.push(Gathered { pings, live, clicks, ping_repeats, click_repeats, of_drift, of_excess });
     }
     notes.extend(in_words(&all_left_out, set.points.iter().map(|p| p.pings.len()).sum()));
     let hum = hum_in_words(&hums, options.ping.mains_hz);
     notes.extend(hum.clone());
+    if let Some(scatter) = usual_scatter(gathered.iter().filter_map(|g| g.ping_repeats.as_ref())) {
+        for (g, records) in gathered.iter_mut().zip(&set.points) {
+            if reject_odd(&mut g.pings, scatter, &records.pings, &mut rejections) {
+                let named: Vec<Channel> = g.live.iter().map(|m| called[*m].clone()).collect();
+                g.ping_repeats = combine_pings(&mut g.pings, &records.pings, &named, &mut rejections);
+            }
+        }
+    }
     let of_pings = set.points.iter().zip(&gathered).filter_map(|(records, g)| {
-        let numbers = g.live.iter().map(|m| numbers[*m]).collect();
+        let microphones = g.live.iter().map(|m| called[*m].clone()).collect();
         let reference = g.pings.first()?.1.reference;
-        Some(OfPoint { point: &records.point.id, repeats: g.ping_repeats.as_ref()?, numbers, reference })
+        Some(OfPoint { point: &records.point.id, repeats: g.ping_repeats.as_ref()?, microphones, reference })
     });
     notes.extend(wandering(&of_pings.collect::<Vec<_>>()));
     notes.extend(unrepeated(gathered.iter().map(|g| g.pings.len())));
@@ -344,14 +349,14 @@ fn ping_of_record(
     options: &PingOptions,
     live: &[usize],
 ) -> Result<PingOfRecord, Fault> {
-    let found = fit_majority(trace, options).map_err(|fault| fault.numbered(live))?;
+    let found = fit_majority(trace, options).map_err(|fault| fault.within(live))?;
     Ok(PingOfRecord {
         repeat,
         ping: found.fit.ping,
         drift: found.fit.drift,
         excess: found.fit.excess,
         live: found.kept.iter().map(|place| live[*place]).collect(),
-        left_out: found.left_out.into_iter().map(|(m, fault)| (live[m], fault.numbered(live))).collect(),
+        left_out: found.left_out.into_iter().map(|(m, fault)| (live[m], fault.within(live))).collect(),
     })
 }
 

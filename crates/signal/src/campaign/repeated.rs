@@ -1,17 +1,16 @@
 //! The repeats of one operating point: polarity, outliers, mean.
 
 use super::fitted::rejection;
-use crate::Fault;
 use crate::repeats::{Repeats, combine};
+use crate::{Channel, Fault};
 use rijke_numerics::{C64, Matrix};
 use rijke_rig::{Click, Ping, Rejection};
 
-/// Turns a channel that has the opposite sign of the other repeats', and says which, by its number in the
-/// rig.
+/// Turns a channel that has the opposite sign of the other repeats', and says which.
 pub(super) fn turn_inverted(
     pings: &mut [(usize, Ping)],
     names: &[String],
-    numbers: &[usize],
+    called: &[Channel],
 ) -> Vec<Rejection> {
     if pings.len() < 3 {
         return Vec::new();
@@ -44,7 +43,7 @@ pub(super) fn turn_inverted(
         ping.covariance = Matrix::from_fn(covariance.rows(), covariance.columns(), |i, j| {
             sign(i) * sign(j) * covariance[(i, j)]
         });
-        turned.push(rejection(&names[*repeat], &Fault::Inverted { channel }.numbered(numbers)));
+        turned.push(rejection(&names[*repeat], &Fault::Inverted { channel: channel.into() }.called(called)));
     }
     turned
 }
@@ -89,7 +88,7 @@ fn leave_one_mode(pings: &mut Vec<(usize, Ping)>, names: &[String], rejections: 
 pub(super) fn combine_pings(
     pings: &mut Vec<(usize, Ping)>,
     names: &[String],
-    numbers: &[usize],
+    called: &[Channel],
     rejections: &mut Vec<Rejection>,
 ) -> Option<Repeats> {
     leave_one_mode(pings, names, rejections);
@@ -101,11 +100,8 @@ pub(super) fn combine_pings(
         1 => "angular frequency".to_owned(),
         _ => {
             let place = (i - 2) / 2;
-            let channel = numbers[place + usize::from(place >= reference)];
-            format!(
-                "{} part of the pressure of channel {channel}",
-                if i % 2 == 0 { "real" } else { "imaginary" }
-            )
+            let channel = &called[place + usize::from(place >= reference)];
+            format!("{} part of the pressure of {channel}", if i % 2 == 0 { "real" } else { "imaginary" })
         }
     })?;
     remove_outliers(pings, &repeats, names, rejections);
@@ -115,12 +111,12 @@ pub(super) fn combine_pings(
 pub(super) fn combine_clicks(
     clicks: &mut Vec<(usize, Click)>,
     names: &[String],
-    numbers: &[usize],
+    called: &[Channel],
     rejections: &mut Vec<Rejection>,
 ) -> Option<Repeats> {
     let values: Vec<(f64, Vec<f64>, Matrix)> =
         clicks.iter().map(|(n, c)| (*n as f64, c.arrival_times.clone(), c.covariance.clone())).collect();
-    let repeats = combine(&values, &|i| format!("arrival time at channel {}", numbers[i]))?;
+    let repeats = combine(&values, &|i| format!("arrival time at {}", called[i]))?;
     remove_outliers(clicks, &repeats, names, rejections);
     Some(repeats)
 }
@@ -216,7 +212,7 @@ mod tests {
             let mut pings = vec![ping(&[]), ping(&turned), ping(&[]), ping(&[])];
             let names: Vec<String> = (0..4).map(|n| format!("ping-{n}")).collect();
             pings.iter_mut().enumerate().for_each(|(n, p)| p.0 = n);
-            let said = turn_inverted(&mut pings, &names, &[0, 1, 2, 3]);
+            let said = turn_inverted(&mut pings, &names, &[0, 1, 2, 3].map(Channel::Place));
             assert_eq!(said.len(), 1);
             assert_eq!(said[0].record, "ping-1");
             assert_eq!(said[0].reason, format!("channel {channel} has the opposite polarity"));

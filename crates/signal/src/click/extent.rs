@@ -101,7 +101,7 @@ impl Extent {
         let peak = (begun..peak_end).find(|n| z[*n].abs() > EQUAL * highest && turns(n)).unwrap_or(begun);
         let height = z.get(peak).map_or(0.0, |v| v.abs());
         if height < 2.0 * NOISE * noise || height == 0.0 {
-            return Err(Fault::NoImpulse { channel, ratio: height / noise });
+            return Err(Fault::NoImpulse { channel: channel.into(), ratio: height / noise });
         }
         let level = (LEVEL * height).max(NOISE * noise.max(hum));
         // At a higher level an impulse is shorter: a Ricker wavelet by a sixth where it is 15 %.
@@ -119,11 +119,11 @@ impl Extent {
         let near = &z[peak.saturating_sub(samples(AROUND))..(peak + samples(AROUND).max(8)).min(z.len())];
         let share = band(near, noise, trace.rate_hz)?.1;
         if share > CUT {
-            return Err(Fault::ShortImpulse { channel, rate_hz: trace.rate_hz, share });
+            return Err(Fault::ShortImpulse { channel: channel.into(), rate_hz: trace.rate_hz, share });
         }
         let over = (last - peak) as f64 / trace.rate_hz - after / wider;
         if lead + 0.4 * tail > room || (last < z.len() && over < OVER * (before + after)) {
-            return Err(Fault::LongImpulse { channel, before, after, room });
+            return Err(Fault::LongImpulse { channel: channel.into(), before, after, room });
         }
         let (low, high) = band(whole, noise, trace.rate_hz)?.0;
         Ok(Self { before, after, band_hz: (low, high.min(HIGHEST_HZ * trace.rate_hz)) })

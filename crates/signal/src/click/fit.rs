@@ -201,7 +201,7 @@ impl Fitting {
         match near.filter(|_| self.is_strange()) {
             Some(channel) => {
                 let ((before, after), room) = (options.window, lag(&channel));
-                Err(Fault::LongImpulse { channel, before, after, room })
+                Err(Fault::LongImpulse { channel: channel.into(), before, after, room })
             }
             None => Ok(self),
         }
@@ -222,7 +222,7 @@ impl Fitting {
         let channel = model.worst_channel(segment, rows);
         let at = trace.quiet.min(trace.len()) as f64 / trace.rate_hz + model.times[channel];
         let ratio = self.squares / self.freedom;
-        Err(Fault::Residual { at, channel, ratio, frequency_hz: model.options.band_hz.0 })
+        Err(Fault::Residual { at, channel: channel.into(), ratio, frequency_hz: model.options.band_hz.0 })
     }
 
     fn report(self) -> Result<ClickFit, Fault> {

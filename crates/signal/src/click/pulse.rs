@@ -85,7 +85,12 @@ impl Bursts {
             let seconds = |samples: usize| samples as f64 / rate_hz;
             let before = seconds(found[channel].0 + begin);
             let after = trace.len() as f64 / trace.rate_hz - before;
-            return Err(Fault::ImpulseAtEdge { channel, before, after, need: seconds(margin + begin) });
+            return Err(Fault::ImpulseAtEdge {
+                channel: channel.into(),
+                before,
+                after,
+                need: seconds(margin + begin),
+            });
         }
         // The mean over `factor` samples belongs to their middle.
         let first = (begin * factor) as f64 + 0.5 * (factor - 1) as f64 - quiet as f64;
@@ -135,7 +140,7 @@ fn no_impulse(channel: usize, z: &[f64], silence: usize) -> Fault {
     let rms = |y: &[f64]| (y.iter().map(|v| v * v).sum::<f64>() / y.len().max(1) as f64).sqrt();
     let peak = z[silence..].iter().fold(0.0_f64, |a, b| a.max(b.abs()));
     let ratio = peak / rms(&z[..silence.max(1).min(z.len())]);
-    Fault::NoImpulse { channel, ratio }
+    Fault::NoImpulse { channel: channel.into(), ratio }
 }
 
 /// A channel through the high-pass filter, and the energy of each of its stretches of a given length.

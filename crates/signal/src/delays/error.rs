@@ -1,6 +1,6 @@
 //! Why a calibration cannot be used.
 
-use crate::Fault;
+use crate::{Channel, Fault};
 
 /// Why a calibration cannot be made.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -35,12 +35,12 @@ pub enum CalibrationError {
     },
     /// A gain that no calibration explains.
     #[error(
-        "channel {channel} has a gain of {gain:.3} where the median of the channels has {median:.3}, and gains may differ by {:.0} %: {}",
+        "{channel} has a gain of {gain:.3} where the median of the channels has {median:.3}, and gains may differ by {:.0} %: {}",
         100.0 * spread, gain_remedy(*gain / *median, *overlapped)
     )]
     ImplausibleGain {
         /// The channel.
-        channel: usize,
+        channel: Channel,
         /// Its gain.
         gain: f64,
         /// The median.
@@ -52,12 +52,12 @@ pub enum CalibrationError {
     },
     /// A delay that belongs to another place.
     #[error(
-        "channel {channel} hears the clicks {:.0} us after the time at which it should, compared with the median of the channels; sound takes {:.0} us from one microphone to the next: are the channels in the order that the manifest says?",
+        "{channel} hears the clicks {:.0} us after the time at which it should, compared with the median of the channels; sound takes {:.0} us from one microphone to the next: are the channels in the order that the manifest says?",
         1e6 * delay, 1e6 * limit
     )]
     ImplausibleDelay {
         /// The channel.
-        channel: usize,
+        channel: Channel,
         /// Its delay less the median of all, s.
         delay: f64,
         /// Travel time between neighbouring microphones, s.
@@ -81,12 +81,10 @@ fn gain_remedy(ratio: f64, overlapped: bool) -> String {
 }
 
 impl CalibrationError {
-    /// The same with a channel under the number that `numbers` has for it.
-    pub(crate) fn numbered(mut self, numbers: &[usize]) -> Self {
-        if let Self::ImplausibleGain { channel, .. } | Self::ImplausibleDelay { channel, .. } = &mut self
-            && let Some(number) = numbers.get(*channel)
-        {
-            *channel = *number;
+    /// The same with the channel as the microphone that it is.
+    pub(crate) fn called(mut self, microphones: &[Channel]) -> Self {
+        if let Self::ImplausibleGain { channel, .. } | Self::ImplausibleDelay { channel, .. } = &mut self {
+            channel.call(microphones);
         }
         self
     }
@@ -106,7 +104,7 @@ pub(super) fn plausible(
     if let Some(channel) = gains.iter().position(unlike) {
         let overlapped = overlapped.get(channel).copied().unwrap_or(false);
         return Err(CalibrationError::ImplausibleGain {
-            channel,
+            channel: channel.into(),
             gain: gains[channel],
             median,
             spread,
@@ -119,9 +117,11 @@ pub(super) fn plausible(
     let (middle, limit) =
         (median_of(delays), if apart.is_empty() { f64::INFINITY } else { median_of(&apart) });
     match delays.iter().position(|d| (d - middle).abs() > limit) {
-        Some(channel) => {
-            Err(CalibrationError::ImplausibleDelay { channel, delay: delays[channel] - middle, limit })
-        }
+        Some(channel) => Err(CalibrationError::ImplausibleDelay {
+            channel: channel.into(),
+            delay: delays[channel] - middle,
+            limit,
+        }),
         None => Ok(()),
     }
 }

@@ -62,11 +62,15 @@ impl Decay<'_> {
         let distance_of_first = distance(first);
         if distance_of_first.powi(2) < distance(second).powi(2) + CLEAR {
             let channels = [first.min(second), first.max(second)];
-            return Err(Fault::GainsApart { channels, rate: rate.abs(), distance: distance_of_first });
+            return Err(Fault::GainsApart {
+                channels: channels.map(Into::into),
+                rate: rate.abs(),
+                distance: distance_of_first,
+            });
         }
         let others = self.s.re - moved;
         let growth_rates = [others + rate, others];
-        Err(Fault::GainDrifts { channel: first, growth_rates, sd, distance: distance_of_first })
+        Err(Fault::GainDrifts { channel: first.into(), growth_rates, sd, distance: distance_of_first })
     }
 
     /// For every channel, taken alone as the one that differs.

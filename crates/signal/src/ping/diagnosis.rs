@@ -33,6 +33,9 @@ const FALLS: f64 = 0.45;
 /// How steady a tone that lasts must be over two stretches, and how much larger than before the forcing.
 const STEADY: f64 = 0.1;
 const CLEAR: f64 = 5.0;
+/// Fewest samples that tell of a tone, and the frequencies at which noise is measured for comparison.
+const LEAST_SPAN: usize = 64;
+const NEIGHBOURS: u32 = 8;
 /// Distance from a multiple of the mains within which a tone may be hum, Hz.
 const BESIDE: f64 = 3.0;
 /// Length of the stretches that are looked at, s.
@@ -206,7 +209,7 @@ impl<'a> Whole<'a> {
                 }
                 let size = 0.5 * (a + b);
                 if mode[channel] < SILENT * median && size > HUMS * mode[channel] {
-                    return Some(Fault::OnlyHum { channel, frequency_hz });
+                    return Some(Fault::OnlyHum { channel: channel.into(), frequency_hz });
                 }
                 let share = size / mode[channel];
                 if share > STRONG && strongest.is_none_or(|s| share > s.0) {
@@ -214,7 +217,11 @@ impl<'a> Whole<'a> {
                 }
             }
         }
-        strongest.map(|(share, channel, frequency_hz)| Fault::SteadyHum { channel, frequency_hz, share })
+        strongest.map(|(share, channel, frequency_hz)| Fault::SteadyHum {
+            channel: channel.into(),
+            frequency_hz,
+            share,
+        })
     }
 
     /// The tone of the forcing, steady at the end of the record, and not there at its beginning.
@@ -243,7 +250,7 @@ impl<'a> Whole<'a> {
     /// A third harmonic that is lost faster than the mode.
     fn bent(&self) -> Option<Fault> {
         let (from, span, mode_hz, quiet) = (self.from, self.span, self.loudest_hz, self.trace.quiet);
-        if 3.0 * mode_hz > 0.45 * self.trace.rate_hz || span < 64 {
+        if 3.0 * mode_hz > 0.45 * self.trace.rate_hz || span < LEAST_SPAN {
             return None;
         }
         let third = self.tones(from, 3.0 * mode_hz);
@@ -259,8 +266,27 @@ impl<'a> Whole<'a> {
         }
         let late = self.tones(row, 3.0 * mode_hz)[channel] / self.tones(row, mode_hz)[channel];
         let early = share(channel);
-        let noise = || tones(self.white(), 0, span.min(quiet.max(1)), 3.0 * mode_hz)[channel];
-        let clear = quiet < span || third[channel] > CLEAR * noise();
-        (clear && early > BENT && late < FALLS * early).then_some(Fault::Saturated { channel, share: early })
+        // Noise, from silence or from the end of the record. At one frequency it is near zero once in a
+        // while, at several beside it it is not.
+        let rows = self.white().rows();
+        let (at, length) =
+            if quiet >= LEAST_SPAN { (0, span.min(quiet)) } else { (rows.checked_sub(span)?, span) };
+        let of_noise = |k: u32| {
+            let hz = 3.0 * mode_hz + f64::from(k) * self.trace.rate_hz / length as f64;
+            tones(self.white(), at, length, hz)[channel]
+        };
+        let noise = (0..NEIGHBOURS).map(|k| of_noise(k).powi(2)).sum::<f64>() / f64::from(NEIGHBOURS);
+        // A sudden onset has all frequencies: what the forcing holds is in the stretches beside this one,
+        // too.
+        let beside = (1..=4).map(|k| (from + k * (span / 4)).checked_sub(span / 2));
+        let lasting = beside
+            .flatten()
+            .filter(|row| row + span <= rows && self.tones(*row, mode_hz)[channel] > 0.5 * mode[channel])
+            .map(|row| self.tones(row, 3.0 * mode_hz)[channel])
+            .fold(third[channel], f64::min);
+        let clear =
+            lasting > (CLEAR * (noise * length as f64 / span as f64).sqrt()).max(BENT * mode[channel]);
+        (clear && early > BENT && late < FALLS * early)
+            .then_some(Fault::Saturated { channel: channel.into(), share: early })
     }
 }

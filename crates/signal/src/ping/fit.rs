@@ -49,6 +49,7 @@ const LEAST_TIME: f64 = 0.5;
 /// A [`Fault`] that says why the record must not be used.
 pub fn fit_ping(trace: &Trace<'_>, options: &PingOptions) -> Result<PingFit, Fault> {
     trace.screen(512)?;
+    options.check(trace)?;
     let steps = trace.coarse_steps();
     let levelled = trace.levelled(MIN_QUIET);
     let trace = &Trace { channels: levelled.as_deref().unwrap_or(trace.channels), ..*trace };
@@ -172,7 +173,7 @@ fn learn_from_residuals(
                 if trace.quiet >= MIN_QUIET {
                     let at = found.offset as f64 * found.step;
                     let frequency_hz = found.guess.im / std::f64::consts::TAU;
-                    return Err(Fault::Residual { at, channel: 0, ratio, frequency_hz });
+                    return Err(Fault::Residual { at, channel: 0.into(), ratio, frequency_hz });
                 }
                 found
             }
@@ -229,7 +230,7 @@ fn fit_whitened(
             let rough = search.solve(early(safe), early(safe), components, SEARCHING)?;
             let lag = (2 * envelope.block).saturating_sub(order);
             let end = envelope.decay_start(white, &rough, safe);
-            (end.unwrap_or(Change { row: safe - lag - order, lag }), rough, subspace)
+            (end.unwrap_or(Change { row: safe.saturating_sub(lag + order), lag }), rough, subspace)
         }
         Start::Backwards => {
             let found = last_decay(&search, white, &envelope);

@@ -61,7 +61,7 @@ impl Fitted {
             if let Some((row, ratio)) = ringing::beyond(white(self.residuals()), s, most) {
                 let at = (self.offset + self.rows.0 + row) as f64 * self.step;
                 let frequency_hz = s.im / std::f64::consts::TAU;
-                return Err(Fault::Residual { at, channel: 0, ratio, frequency_hz });
+                return Err(Fault::Residual { at, channel: 0.into(), ratio, frequency_hz });
             }
         }
         let Some(found) = found else { return Ok(None) };

@@ -40,7 +40,7 @@ pub fn fit_majority(trace: &Trace<'_>, options: &PingOptions) -> Result<Majority
         } else {
             None
         };
-        let fault = fault.numbered(&kept);
+        let fault = fault.within(&kept);
         let Some((place, fit)) = next else {
             return Err(left_out.into_iter().next().map_or(fault, |(_, first)| first));
         };
@@ -75,10 +75,10 @@ fn without_one(
         | Fault::NoSignal { channel, .. }
         | Fault::DeadChannel { channel, .. }
         | Fault::Clipped { channel, .. }
-        | Fault::OnlyHum { channel, .. } => fit(*channel).map(|found| (*channel, found)),
+        | Fault::OnlyHum { channel, .. } => fit(channel.number()).map(|found| (channel.number(), found)),
         Fault::Residual { channel, .. } => {
-            let found = fit(*channel).filter(in_order);
-            found.map(|found| (*channel, found)).or_else(|| the_only(&all, &fit_of, &in_order))
+            let found = fit(channel.number()).filter(in_order);
+            found.map(|found| (channel.number(), found)).or_else(|| the_only(&all, &fit_of, &in_order))
         }
         Fault::NotFree { .. } | Fault::NotConverged { .. } | Fault::Singular(_) | Fault::HumBurst { .. } => {
             the_only(&all, &fit_of, &in_order)

@@ -1,5 +1,7 @@
 //! What the fit of a ping may assume.
 
+use crate::{Fault, Trace};
+
 /// What the fit may assume.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PingOptions {
@@ -16,6 +18,28 @@ pub struct PingOptions {
     pub decay_times: f64,
     /// Whether a channel may lie at a node of the mode. If not, a channel without signal rejects the record.
     pub silent_channels: bool,
+}
+
+impl PingOptions {
+    /// Refuses what no fit can be made with.
+    pub(super) fn check(&self, trace: &Trace<'_>) -> Result<(), Fault> {
+        let positive = |v: f64| v.is_finite() && v > 0.0;
+        let (low, high) = self.band_hz;
+        let what = if self.reference >= trace.channels.len() {
+            "the reference is no channel of the record"
+        } else if !positive(trace.rate_hz) {
+            "the sampling rate is no number above zero"
+        } else if !(positive(low) && high.is_finite() && low < high) {
+            "the band is not two frequencies above zero, the lower one first"
+        } else if !(self.highest_hz.is_finite() && self.highest_hz > low) {
+            "the highest frequency lies below the band"
+        } else if !(positive(self.mains_hz) && positive(self.decay_times)) {
+            "the frequency of the mains or the number of decay times is no number above zero"
+        } else {
+            return Ok(());
+        };
+        Err(Fault::Options(what))
+    }
 }
 
 impl Default for PingOptions {

@@ -41,7 +41,7 @@ fn enough_steps(trace: &Trace<'_>, steps: &[f64]) -> Result<(), Fault> {
     match in_steps.enumerate().max_by(|a, b| a.1.total_cmp(&b.1)) {
         Some((channel, most)) if most < STEPS_NEEDED => {
             let (step, amplitude) = (steps[channel], most * steps[channel]);
-            Err(Fault::Coarse { channel, step, amplitude, need: STEPS_NEEDED })
+            Err(Fault::Coarse { channel: channel.into(), step, amplitude, need: STEPS_NEEDED })
         }
         _ => Ok(()),
     }

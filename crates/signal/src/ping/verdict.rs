@@ -81,7 +81,7 @@ impl Residue<'_> {
         {
             return Err(Fault::HumBurst { at, frequency_hz: harmonic * mains_hz, ratio: amplitude });
         }
-        Err(Fault::Residual { at, channel, ratio, frequency_hz })
+        Err(Fault::Residual { at, channel: channel.into(), ratio, frequency_hz })
     }
 
     /// Refuses residuals that are more than noise on the whole. The noise is known as well as `learnt_from`
@@ -97,7 +97,7 @@ impl Residue<'_> {
         let of = |m: usize| self.samples.iter().skip(m).step_by(self.channels).map(|v| v * v).sum::<f64>();
         let channel = (0..self.channels).max_by(|&a, &b| of(a).total_cmp(&of(b))).unwrap_or(0);
         let (frequency_hz, _) = strongest_tone(white, 0, channel);
-        Err(Fault::Residual { at: self.begin, channel, ratio: power, frequency_hz })
+        Err(Fault::Residual { at: self.begin, channel: channel.into(), ratio: power, frequency_hz })
     }
 
     /// Ljung & Box 1978, summed over channels, as a standard normal deviate, for noise whose colour was
@@ -137,7 +137,7 @@ pub(crate) fn signal(ratios: &[f64], silent_channels: bool) -> Result<(), Fault>
         // A microphone at 0.95 of an open tube sees 0.16 of the largest amplitude; an unplugged one sees
         // none.
         Some((channel, &ratio)) if !silent_channels && ratio < 0.01 * median => {
-            Err(Fault::NoSignal { channel, ratio, median })
+            Err(Fault::NoSignal { channel: channel.into(), ratio, median })
         }
         _ => Ok(()),
     }

@@ -135,11 +135,11 @@ const SPIKE: f64 = 40.0;
 pub(super) fn checked(channels: &[Vec<f64>]) -> Result<usize, Fault> {
     let need = channels.first().map_or(0, Vec::len);
     if let Some(channel) = channels.iter().position(|c| c.len() != need) {
-        return Err(Fault::UnequalChannels { channel, have: channels[channel].len(), need });
+        return Err(Fault::UnequalChannels { channel: channel.into(), have: channels[channel].len(), need });
     }
     for (channel, samples) in channels.iter().enumerate() {
         if let Some(sample) = samples.iter().position(|v| !v.is_finite()) {
-            return Err(Fault::NotFinite { channel, sample });
+            return Err(Fault::NotFinite { channel: channel.into(), sample });
         }
     }
     for (channel, samples) in channels.iter().enumerate() {
@@ -150,7 +150,7 @@ pub(super) fn checked(channels: &[Vec<f64>]) -> Result<usize, Fault> {
         if let Some((sample, value)) = largest {
             let ratio = (value - mean).abs() / square.sqrt();
             if ratio > SPIKE {
-                return Err(Fault::Spike { channel, sample, ratio });
+                return Err(Fault::Spike { channel: channel.into(), sample, ratio });
             }
         }
     }
@@ -161,7 +161,11 @@ pub(super) fn checked(channels: &[Vec<f64>]) -> Result<usize, Fault> {
     if let Some(channel) = spans.iter().position(|span| *span == 0.0) {
         let mut sorted = spans.clone();
         sorted.sort_by(f64::total_cmp);
-        return Err(Fault::DeadChannel { channel, span: 0.0, median: sorted[sorted.len() / 2] });
+        return Err(Fault::DeadChannel {
+            channel: channel.into(),
+            span: 0.0,
+            median: sorted[sorted.len() / 2],
+        });
     }
     Ok(need)
 }

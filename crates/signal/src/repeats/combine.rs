@@ -173,7 +173,7 @@ mod tests {
 
     #[test]
     fn regress_three_repeats_that_happen_to_agree_are_not_believed() {
-        // What a stranger's rig gave: 0.06 rad/s from draughts at every point, fits good to 0.001 rad/s.
+        // What another rig gave: 0.06 rad/s from draughts at every point, fits good to 0.001 rad/s.
         let point = |a: f64, b: f64, c: f64| repeats(&[a, b, c], 1e-6);
         let mut lucky = point(0.031, 0.033, 0.032);
         let alone = lucky.covariance[(0, 0)].sqrt();

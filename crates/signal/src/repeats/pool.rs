@@ -1,14 +1,15 @@
-//! The error of a mean of few repeats: the scatter of the same quantity at all points, and what each fit says
-//! of its noise.
+//! The error of a mean of few repeats: the scatter of the same quantity at all points, and what each fit
+//! says of its noise.
 //!
 //! Repeats of one quantity at point k scatter with the variance w_k + b_k: w_k is the noise that the fits
 //! state, b_k what comes on top (draughts, say). Two or three repeats hardly say how large b_k is; those of
-//! all points do. The hierarchical model: ln b_k is normal about mu with deviation tau, both learnt from all
-//! points (flat prior of mu and of the three tau tried), the sum of squares of n repeats is chi-squared with
-//! n - 1 degrees of freedom times w_k + b_k. The mean of a point, b_k integrated out, then has heavier tails
-//! than a normal one. The variance that is returned is that of the normal distribution with the same 95.45 %
-//! interval: "two standard deviations" means what it says. With many repeats it is (w + b)/n; a single point
-//! of two repeats has nearly the interval of Student's t with one degree of freedom.
+//! all points do. The hierarchical model: ln b_k is normal about mu with deviation tau, both learnt from
+//! all points (flat prior of mu and of the three tau tried), but for one point in a hundred, whose b_k is
+//! larger by any factor; the sum of squares of n repeats is chi-squared with n - 1 degrees of freedom times
+//! w_k + b_k. The mean of a point, b_k integrated out, then has heavier tails than a normal one. The
+//! variance that is returned is that of the normal distribution with the same 95.45 % interval: "two
+//! standard deviations" means what it says. With many repeats it is (w + b)/n; a single point of two
+//! repeats has nearly the interval of Student's t with one degree of freedom.
 
 use rijke_numerics::dot;
 
@@ -39,6 +40,8 @@ const LEAST: f64 = 0.01;
 const LARGEST: f64 = 1e5;
 /// Deviations of ln b from point to point that are tried.
 const SPREADS: [f64; 3] = [0.2, 0.6, 1.2];
+/// Share of points at which something else happened, so that repeats scatter more there, by any factor.
+const ODD: f64 = 0.01;
 /// Relative error of a half-width, and the most steps in which it is reached: ten are usual.
 const NEAR: f64 = 1e-13;
 const MOST: usize = 200;
@@ -95,7 +98,9 @@ fn prior(likelihoods: &[Vec<f64>], nodes: usize) -> Vec<Law> {
         for middle in 0..nodes {
             let mut density: Vec<f64> = (0..nodes).map(|i| bell[i.abs_diff(middle)]).collect();
             let sum: f64 = density.iter().sum();
-            density.iter_mut().for_each(|d| *d /= sum);
+            let above = ODD / (nodes - middle) as f64;
+            let odd = |i: usize| if i < middle { 0.0 } else { above };
+            density.iter_mut().enumerate().for_each(|(i, d)| *d = (1.0 - ODD) * *d / sum + odd(i));
             let evidence = |l: &Vec<f64>| dot(l, &density).max(f64::MIN_POSITIVE).ln();
             laws.push((likelihoods.iter().map(evidence).sum(), density));
         }

@@ -3,7 +3,9 @@
 use crate::clicking::Clicking;
 use rayon::prelude::*;
 use rijke_numerics::Matrix;
-use rijke_signal::{ChannelDelays, ClickFit, ClickOptions, Fault, KnownClick, Reflection, Trace, fit_click};
+use rijke_signal::{
+    Channel, ChannelDelays, ClickFit, ClickOptions, Fault, KnownClick, Reflection, Trace, fit_click,
+};
 
 pub(crate) fn fit(clicking: &Clicking, channels: &[Vec<f64>]) -> Result<ClickFit, Fault> {
     fit_paced(clicking, channels, 1.0, 0.0)
@@ -153,7 +155,7 @@ fn exact_clicks_in_loud_hum_or_without_impulse_are_refused_with_the_right_reason
     let mut record = clicking.record(1, "unplugged");
     record[3] = (0..record[0].len()).map(|n| ((n * 7919) % 1009) as f64 / 1009.0).collect();
     let fault = fit(&clicking, &record).unwrap_err();
-    assert!(matches!(fault, Fault::NoImpulse { channel: 3, .. }), "{fault}");
+    assert!(matches!(fault, Fault::NoImpulse { channel: Channel::Place(3), .. }), "{fault}");
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use crate::ringing::Ringing;
 use rayon::prelude::*;
 use rijke_numerics::C64;
-use rijke_signal::{Fault, PingFit, PingOptions, Trace, fit_ping};
+use rijke_signal::{Channel, Fault, PingFit, PingOptions, Trace, fit_ping};
 
 fn fit(ringing: &Ringing, channels: &[Vec<f64>]) -> Result<PingFit, Fault> {
     let trace = Trace { channels, rate_hz: ringing.rate_hz, quiet: ringing.quiet, full_scale: f64::INFINITY };
@@ -191,16 +191,16 @@ fn verdict(harm: impl Fn(&mut Vec<Vec<f64>>)) -> Fault {
 #[test]
 fn exact_bad_records_are_refused_with_the_right_reason() {
     let clipped = verdict(|r| r[2].iter_mut().for_each(|y| *y = y.clamp(-60.0, 60.0)));
-    assert!(matches!(clipped, Fault::Clipped { channel: 2, .. }), "{clipped}");
+    assert!(matches!(clipped, Fault::Clipped { channel: Channel::Place(2), .. }), "{clipped}");
     let dead = verdict(|r| r[4].fill(0.25));
-    assert!(matches!(dead, Fault::DeadChannel { channel: 4, .. }), "{dead}");
+    assert!(matches!(dead, Fault::DeadChannel { channel: Channel::Place(4), .. }), "{dead}");
     // Not plugged in: a few steps of the converter, none in the quiet part.
     let open = verdict(|r| r[2].iter_mut().for_each(|y| *y = (0.02 * *y).round() * 0.01));
-    assert!(matches!(open, Fault::DeadChannel { channel: 2, .. }), "{open}");
+    assert!(matches!(open, Fault::DeadChannel { channel: Channel::Place(2), .. }), "{open}");
     let nan = verdict(|r| r[1][777] = f64::NAN);
-    assert!(matches!(nan, Fault::NotFinite { channel: 1, sample: 777 }), "{nan}");
+    assert!(matches!(nan, Fault::NotFinite { channel: Channel::Place(1), sample: 777 }), "{nan}");
     let dropout = verdict(|r| r[3][5000..5300].fill(0.0));
-    assert!(matches!(dropout, Fault::Dropout { channel: 3, samples: 300, .. }), "{dropout}");
+    assert!(matches!(dropout, Fault::Dropout { channel: Channel::Place(3), samples: 300, .. }), "{dropout}");
     let double = verdict(|r| {
         for y in r.iter_mut() {
             for (n, v) in y[5500..6500].iter_mut().enumerate() {
@@ -243,5 +243,5 @@ fn exact_bad_records_are_refused_with_the_right_reason() {
             *y = quiet[(n * 7919) % 1000] + 1e-3 * (n as f64).sin();
         }
     });
-    assert!(matches!(unplugged, Fault::NoSignal { channel: 6, .. }), "{unplugged}");
+    assert!(matches!(unplugged, Fault::NoSignal { channel: Channel::Place(6), .. }), "{unplugged}");
 }

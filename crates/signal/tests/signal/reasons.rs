@@ -3,7 +3,7 @@
 use crate::driven::Driven;
 use crate::short::any;
 use rayon::prelude::*;
-use rijke_signal::{Fault, Unstable};
+use rijke_signal::{Channel, Fault, Unstable};
 use std::f64::consts::TAU;
 
 type Harm = fn(&Driven, &mut Vec<Vec<f64>>, f64);
@@ -76,7 +76,13 @@ fn faults() -> Vec<(&'static str, Harm, Vec<f64>, Right)> {
                 }
             },
             vec![0.03, 0.3],
-            |fault| matches!(fault, Fault::NoSignal { channel: 1, .. } | Fault::OnlyHum { channel: 1, .. }),
+            |fault| {
+                matches!(
+                    fault,
+                    Fault::NoSignal { channel: Channel::Place(1), .. }
+                        | Fault::OnlyHum { channel: Channel::Place(1), .. }
+                )
+            },
         ),
         (
             "a second mode that grows by itself",

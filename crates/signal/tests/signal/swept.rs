@@ -2,7 +2,7 @@
 
 use rand_distr::{Distribution, StandardNormal};
 use rijke_numerics::{C64, Stream, Streams};
-use rijke_signal::{Fault, Swept, SweptOptions};
+use rijke_signal::{Channel, Fault, Swept, SweptOptions};
 use std::f64::consts::TAU;
 
 const RATE: f64 = 4096.0;
@@ -256,5 +256,8 @@ fn message_records_that_cannot_be_averaged_are_faults() {
     assert!(fault(&[], OPTIONS).contains("microphones"));
     let mut bad = good.clone();
     bad[1][7] = f64::NAN;
-    assert_eq!(Swept::new(&[bad], RATE, &OPTIONS), Err(Fault::NotFinite { channel: 1, sample: 7 }));
+    assert_eq!(
+        Swept::new(&[bad], RATE, &OPTIONS),
+        Err(Fault::NotFinite { channel: Channel::Place(1), sample: 7 })
+    );
 }

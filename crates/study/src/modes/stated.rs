@@ -81,6 +81,10 @@ pub(super) fn covariance(
     }
     for (i, number) in numbers.iter().enumerate() {
         match (errors.sds.get(number), stated[i]) {
+            (Some((key, sd)), None) if *sd == 0.0 => {
+                let need = "above zero: a number without error would count more than all others";
+                return Err(StudyProblem::Value { key: key.clone(), value: "0".to_owned(), need });
+            }
             (Some((_, sd)), None) => covariance[(i, i)] = sd * sd,
             (None, Some(_)) => {}
             (Some((sd, _)), Some(variance)) => {

@@ -150,7 +150,7 @@ pub(super) fn rig(file: File, campaign: &Campaign, source: &Source) -> Outcome<R
     let mut factors = Vec::new();
     for factor in &campaign.factors {
         // A unit that no formula understands is right everywhere.
-        let unit = if factor.stated { factor.unit.clone() } else { "not stated".to_owned() };
+        let unit = if factor.stated { factor.unit_in_print() } else { "not stated".to_owned() };
         let (name, meaning) = (factor.name.clone(), FACTOR.into());
         let name = Name { name, unit, meaning, kind: NameKind::Global };
         factors.push(add(&mut scope, "factor", name).map_err(|problem| (0..0, problem))?);

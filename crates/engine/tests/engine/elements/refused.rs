@@ -19,6 +19,7 @@ fn behaviour_bad_elements_are_refused_with_line_and_remedy() {
         (flame("gain = 1\ntable = 'nowhere.csv'"), 20, "nowhere.csv"),
         (flame("gain = 1\ndelay = -1e-3"), 20, "zero or more"),
         (flame("gain = 1\nnumerator = [0, 0]"), 20, "not all zero"),
+        (flame("gain = 1\nnumerator = [1]\ndenominator = [1, -1e-3]"), 20, "turn the sign of a coefficient"),
         (flame("gain = 1\nreference = -0.1"), 20, "a distance"),
         (flame("gain = 1\nreference_side = 'left'"), 20, "upstream, downstream"),
         (flame("gain = 1\ntabel = TABLE"), 20, "table, tolerance"),

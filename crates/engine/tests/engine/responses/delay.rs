@@ -104,7 +104,7 @@ fn exact_modes_choose_between_the_maxima_of_a_delay() {
     let remark = row.remark.clone().unwrap_or_default();
     assert!(remark.contains("40.0000 Hz apart cannot tell tau"), "{remark}");
     assert!(remark.contains("25.00 ms longer"), "{remark}");
-    assert!(remark.contains("further maxima") && remark.contains("tau = 2."), "{remark}");
+    assert!(remark.contains("further maxim") && remark.contains("tau = 2."), "{remark}");
     // The frequency of the mode knows better.
     let own = &tube.models[0];
     let tau = own.parameters.iter().find(|p| p.name == "tau").unwrap();

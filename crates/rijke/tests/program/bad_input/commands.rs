@@ -16,7 +16,7 @@ fn ranked(folder: &Path, numbers: Option<&str>) {
     }
 }
 
-pub(super) const CASES: [Case; 34] = [
+pub(super) const CASES: [Case; 35] = [
     case(
         "results that do not exist",
         |d| ranked(d, None),
@@ -55,6 +55,15 @@ pub(super) const CASES: [Case; 34] = [
         },
         "infer flame/n-tau.toml --data flame/modes.csv",
         ["flame/modes.csv, line 5", "`chamber: length` is `-0.4`", "Correct that row, or flame/n-tau.toml"],
+    ),
+    case(
+        "measured mode whose growth rate has no error",
+        |d| {
+            crate::copy(&crate::example("ducted-flame"), &d.join("flame"));
+            edit(d, "flame/modes.csv", "-57.31,1,", "-57.31,0,");
+        },
+        "infer flame/n-tau.toml --data flame/modes.csv",
+        ["flame/modes.csv, line 3", "`growth_rate_sd [1/s]` is `0`", "above zero"],
     ),
     case(
         "measured mode without a frequency",
@@ -224,7 +233,7 @@ pub(super) const CASES: [Case; 34] = [
             fs::write(d.join("my-rig/rig.toml"), "").unwrap();
         },
         "new my-rig --template heated-tube",
-        ["my-rig", "exists already", "Replace it with --force, or move it away"],
+        ["my-rig", "exists already", "Move it away, give another name"],
     ),
     case(
         "network without segments",

@@ -7,6 +7,7 @@ use crate::law::Measured;
 use crate::rig::elements::{FUNCTION, transfer};
 use crate::rig::value::{Given, Value};
 use crate::source::Outcome;
+use rijke_numerics::has_growing_root;
 use std::ops::Range;
 use toml::{Table, Value as Toml};
 
@@ -99,21 +100,24 @@ impl Reading<'_> {
     ) -> Outcome<Vec<String>> {
         let Some(value) = value else { return Ok(Vec::new()) };
         let list = value.as_array().cloned().unwrap_or_default();
-        let (mut names, mut vanishes) = (Vec::new(), true);
+        let (mut names, mut numbers) = (Vec::new(), Vec::new());
         for (k, value) in list.iter().enumerate() {
             let name = format!("{key}_{k}");
             let given = self.given(owner.part(), &name, value, "", at)?;
-            vanishes &= matches!(given, Given::Value(Value::Number(0.0)));
+            if let Given::Value(Value::Number(number)) = given {
+                numbers.push(number);
+            }
             all.extend(self.defined(owner, &name, "", value, at)?);
             names.push(owner.name(&name));
         }
-        if vanishes {
-            let need = "a list of coefficients, ascending powers of s, not all zero";
-            return Err((
-                at.clone(),
-                StudyProblem::Value { key: key.into(), value: value.to_string(), need },
-            ));
-        }
-        Ok(names)
+        let known = numbers.len() == list.len();
+        let need = if known && numbers.iter().all(|number| *number == 0.0) {
+            "a list of coefficients, ascending powers of s, not all zero"
+        } else if known && key == "denominator" && has_growing_root(&numbers) {
+            "without roots of positive real part: with one, the answer to a short push grows for ever; turn the sign of a coefficient"
+        } else {
+            return Ok(names);
+        };
+        Err((at.clone(), StudyProblem::Value { key: key.into(), value: value.to_string(), need }))
     }
 }

@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use subsetter::GlyphRemapper;
 use ttf_parser::{Face, GlyphId};
 
-/// Arimo, cut to the characters of labels; `crates/report/fonts/README.md` says how.
+/// Arimo, cut to the characters of labels; `crates/draw/fonts/README.md` says how.
 const REGULAR: &[u8] = include_bytes!("../../fonts/Arimo-Regular.ttf");
 const ITALIC: &[u8] = include_bytes!("../../fonts/Arimo-Italic.ttf");
 

@@ -13,31 +13,31 @@ const MARK: f64 = 30.0;
 const GAP: f64 = 18.0;
 
 /// A figure. On a page its panels flow to fit the window; as a file they stand in rows of `columns`.
-pub(crate) struct Figure {
+pub struct Figure {
     /// What it shows, in one line.
-    pub(crate) title: String,
+    pub title: String,
     /// Caption as a reader of the paper expects it, in the markup of labels.
-    pub(crate) caption: String,
+    pub caption: String,
     /// Panels in one row of the file.
-    pub(crate) columns: usize,
+    pub columns: usize,
     /// The panels, in reading order, of equal size.
-    pub(crate) panels: Vec<Panel>,
+    pub panels: Vec<Panel>,
     /// The legend.
-    pub(crate) legend: Vec<Key>,
+    pub legend: Vec<Key>,
     /// Whether measured, virtual or no data are shown: stands on every panel.
-    pub(crate) data: Option<DataKind>,
+    pub data: Option<DataKind>,
 }
 
 /// An entry of a legend.
-pub(crate) struct Key {
+pub struct Key {
     /// What is drawn.
-    pub(crate) mark: Mark,
+    pub mark: Mark,
     /// What it means.
-    pub(crate) label: String,
+    pub label: String,
 }
 
 /// A sample of what is drawn.
-pub(crate) enum Mark {
+pub enum Mark {
     /// A line.
     Line(Stroke),
     /// A dot of this colour.
@@ -52,7 +52,7 @@ pub(crate) enum Mark {
 
 impl Figure {
     /// The figure as an SVG file of its own.
-    pub(crate) fn svg(&self) -> String {
+    pub fn svg(&self) -> String {
         let (cell_width, cell_height) = self.cell();
         let width = cell_width * self.columns as f64;
         let rows = self.panels.len().div_ceil(self.columns.max(1));
@@ -82,7 +82,7 @@ impl Figure {
     }
 
     /// The figure as HTML whose panels flow.
-    pub(crate) fn html(&self) -> String {
+    pub fn html(&self) -> String {
         // What the style of the page says of all figures is left out of each.
         let usual = format!(" r=\"{}\"", px(DOT));
         let document = |panel: &Panel| {
@@ -110,7 +110,7 @@ impl Figure {
     }
 
     /// What stands on every panel.
-    pub(crate) fn note(&self) -> &'static str {
+    pub fn note(&self) -> &'static str {
         match self.data {
             Some(DataKind::Virtual) => "virtual data",
             Some(DataKind::Measured) => "measured data",

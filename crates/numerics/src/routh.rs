@@ -1,9 +1,10 @@
-//! Whether a transfer function grows for ever.
+//! Whether a polynomial has growing roots.
 
 /// Whether a polynomial, its coefficients ascending, has a root with a positive real part: whether the signs
 /// in the first column of Routh's array (1877) change. A zero in that column, which roots on the imaginary
 /// axis or in pairs about zero give, ends the search without a finding.
-pub(super) fn grows(ascending: &[f64]) -> bool {
+#[must_use]
+pub fn has_growing_root(ascending: &[f64]) -> bool {
     let mut all: Vec<f64> = ascending.to_vec();
     while all.last() == Some(&0.0) {
         all.pop();
@@ -27,7 +28,7 @@ pub(super) fn grows(ascending: &[f64]) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use super::grows;
+    use super::has_growing_root as grows;
 
     /// The product of (s - r) over roots r, conjugate pairs given by one of them.
     fn product(roots: &[(f64, f64)]) -> Vec<f64> {

@@ -1,5 +1,5 @@
 //! The figures of this crate as PDF: read from their SVG, so that one drawing serves both. Knows no figure.
-//! What the SVG may hold is the little that [`crate::draw`] writes; anything else is refused. Why not a
+//! What the SVG may hold is the little that [`crate::Figure`] writes; anything else is refused. Why not a
 //! general converter: `docs/decisions/figures.md`.
 
 mod font;
@@ -13,7 +13,7 @@ use rijke_numerics::Failed;
 use std::io::Write as _;
 
 /// Points of a pixel: a panel, 430 pixels wide, becomes a column of a journal, 90 mm.
-const POINTS: f64 = 90.0 / 25.4 * 72.0 / crate::draw::COLUMN;
+const POINTS: f64 = 90.0 / 25.4 * 72.0 / crate::COLUMN;
 
 const CATALOG: Ref = Ref::new(1);
 const PAGES: Ref = Ref::new(2);
@@ -64,5 +64,5 @@ fn packed(bytes: &[u8]) -> Result<Vec<u8>, Failed> {
 
 /// What cannot be read as a drawing of this crate.
 fn drawing(why: &impl std::fmt::Display) -> Failed {
-    Failed::of_work(format!("not a drawing of rijke-report: {why}"))
+    Failed::of_work(format!("not a drawing of rijke-draw: {why}"))
 }

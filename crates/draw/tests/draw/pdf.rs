@@ -2,7 +2,7 @@
 //! labels.
 
 use flate2::read::ZlibDecoder;
-use rijke_report::{pdf, plot_svg};
+use rijke_draw::{pdf, plot_svg};
 use rijke_rig::{DataKind, Look, Plot, PlotCurve, PlotPanel};
 use std::{io::Read as _, path::Path};
 
@@ -85,11 +85,11 @@ fn message_what_this_crate_did_not_draw_is_refused() {
     let of = |inside: &str| {
         refused(&format!("<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"9\" height=\"9\">{inside}</svg>"))
     };
-    assert_eq!(of("<image/>"), "not a drawing of rijke-report: the element image");
-    assert_eq!(of("<g opacity=\"0.1\"/>"), "not a drawing of rijke-report: the attribute opacity");
+    assert_eq!(of("<image/>"), "not a drawing of rijke-draw: the element image");
+    assert_eq!(of("<g opacity=\"0.1\"/>"), "not a drawing of rijke-draw: the attribute opacity");
     assert_eq!(
         of("<circle r=\"1\" cx=\"1\" cy=\"1\" fill=\"red\"/>"),
-        "not a drawing of rijke-report: the colour red"
+        "not a drawing of rijke-draw: the colour red"
     );
     assert!(
         of("<path d=\"M1 1Q2 2 3 3\"/>").contains("the path M1 1Q2")
@@ -107,8 +107,15 @@ fn behaviour_the_font_has_the_letters_of_all_examples() {
         include_bytes!("../../fonts/Arimo-Italic.ttf"),
     ];
     let faces = faces.map(|bytes| ttf_parser::Face::parse(bytes, 0).unwrap());
-    let (mut folders, mut files) =
-        (vec![root.join("examples"), root.join("crates/report/src"), root.join("crates/engine/src")], 0);
+    let (mut folders, mut files) = (
+        vec![
+            root.join("examples"),
+            root.join("crates/report/src"),
+            root.join("crates/draw/src"),
+            root.join("crates/engine/src"),
+        ],
+        0,
+    );
     while let Some(folder) = folders.pop() {
         for entry in std::fs::read_dir(folder).unwrap() {
             let path = entry.unwrap().path();

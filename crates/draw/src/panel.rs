@@ -15,17 +15,17 @@ const TOP: f64 = 24.0;
 const BOTTOM: f64 = 44.0;
 
 /// Width of a panel that becomes one column of a journal, pixels: letters then have 7 to 8 points.
-pub(crate) const COLUMN: f64 = 430.0;
+pub const COLUMN: f64 = 430.0;
 
 /// Radius of the dot of a measured point.
-pub(crate) const DOT: f64 = 2.8;
+pub const DOT: f64 = 2.8;
 
 /// A frame with two axes. What is drawn is clipped to the frame.
-pub(crate) struct Panel {
+pub struct Panel {
     /// Width with labels, pixels.
-    pub(super) width: f64,
+    pub(crate) width: f64,
     /// Height with labels, pixels.
-    pub(super) height: f64,
+    pub(crate) height: f64,
     tag: String,
     x: Axis,
     y: Axis,
@@ -36,12 +36,12 @@ pub(crate) struct Panel {
 
 impl Panel {
     /// An empty panel; `tag` stands above its left corner, such as `(a)`.
-    pub(crate) fn new(tag: &str, [width, height]: [f64; 2], x: Axis, y: Axis) -> Self {
+    pub fn new(tag: &str, [width, height]: [f64; 2], x: Axis, y: Axis) -> Self {
         Self { width, height, tag: tag.to_owned(), x, y, body: String::new(), dots: String::new() }
     }
 
     /// A line through points. A point that cannot be drawn interrupts it.
-    pub(crate) fn curve(&mut self, points: &[[f64; 2]], stroke: &Stroke) {
+    pub fn curve(&mut self, points: &[[f64; 2]], stroke: &Stroke) {
         for piece in points.split(|p| !(is_drawn(p[0]) && is_drawn(p[1]))).filter(|p| p.len() > 1) {
             let path = self.path(piece);
             self.stroked(&path, stroke);
@@ -61,7 +61,7 @@ impl Panel {
 
     /// The line of one standard deviation of a Gaussian about a mean, with variances and covariance, as two
     /// arcs.
-    pub(crate) fn ellipse(&mut self, mean: [f64; 2], [xx, yy, xy]: [f64; 3], stroke: &Stroke) {
+    pub fn ellipse(&mut self, mean: [f64; 2], [xx, yy, xy]: [f64; 3], stroke: &Stroke) {
         let [x, y] = self.at(mean);
         let [right, down] = self.at([mean[0] + 1.0, mean[1] + 1.0]);
         let (sx, sy) = (right - x, down - y);
@@ -76,7 +76,7 @@ impl Panel {
     }
 
     /// A closed line, such as a contour, with a fill (`none` or a colour) of the given opacity.
-    pub(crate) fn contour(&mut self, points: &[[f64; 2]], stroke: &Stroke, fill: &str, opacity: f64) {
+    pub fn contour(&mut self, points: &[[f64; 2]], stroke: &Stroke, fill: &str, opacity: f64) {
         let path = self.path(points);
         let opacity = number(opacity);
         self.body += &format!(
@@ -87,7 +87,7 @@ impl Panel {
 
     /// A filled circle with a remark that browsers show under the pointer. Of a measured point it begins with
     /// the name and a colon, by which the page finds it in all figures.
-    pub(crate) fn dot(&mut self, [x, y]: [f64; 2], radius: f64, colour: &str, remark: &str) {
+    pub fn dot(&mut self, [x, y]: [f64; 2], radius: f64, colour: &str, remark: &str) {
         let ([x, y], radius, remark) = (self.at([x, y]).map(px), px(radius), text::escape(remark));
         match self.body.strip_suffix("</g>").filter(|_| self.dots == colour) {
             Some(before) => self.body.truncate(before.len()),
@@ -100,7 +100,7 @@ impl Panel {
 
     /// A patch between a lower and an upper line over the same places, `[x, low, high]`. A gap is a point not
     /// finite.
-    pub(crate) fn band(&mut self, points: &[[f64; 3]], colour: &str, opacity: f64) {
+    pub fn band(&mut self, points: &[[f64; 3]], colour: &str, opacity: f64) {
         let finite = |p: &[f64; 3]| p.iter().all(|v| v.is_finite());
         for piece in points.split(|p| !finite(p)).filter(|p| p.len() > 1) {
             let low = piece.iter().map(|p| [p[0], p[1]]);
@@ -111,21 +111,21 @@ impl Panel {
     }
 
     /// The area within closed lines; those that turn the other way are holes.
-    pub(crate) fn area(&mut self, lines: &[Vec<[f64; 2]>], colour: &str, opacity: f64) {
+    pub fn area(&mut self, lines: &[Vec<[f64; 2]>], colour: &str, opacity: f64) {
         let path: String = lines.iter().map(|line| self.path(line) + "Z").collect();
         let opacity = number(opacity);
         self.body += &format!("<path d=\"{path}\" fill=\"{colour}\" fill-opacity=\"{opacity}\"/>");
     }
 
     /// A diagonal cross.
-    pub(crate) fn cross(&mut self, point: [f64; 2], size: f64, stroke: &Stroke) {
+    pub fn cross(&mut self, point: [f64; 2], size: f64, stroke: &Stroke) {
         let [x, y] = self.at(point);
         let [left, right, top, bottom] = [x - size, x + size, y - size, y + size].map(px);
         self.stroked(&format!("M{left} {top}L{right} {bottom}M{left} {bottom}L{right} {top}"), stroke);
     }
 
     /// A vertical bar of half-length `half`, but none that a dot of radius [`DOT`] hides.
-    pub(crate) fn error_bar(&mut self, [x, y]: [f64; 2], half: f64, stroke: &Stroke) {
+    pub fn error_bar(&mut self, [x, y]: [f64; 2], half: f64, stroke: &Stroke) {
         let [centre, low] = self.at([x, y - half]);
         let [_, high] = self.at([x, y + half]);
         if 0.5 * (low - high) >= DOT {
@@ -134,20 +134,20 @@ impl Panel {
     }
 
     /// A vertical line across the frame.
-    pub(crate) fn vertical(&mut self, x: f64, stroke: &Stroke) {
+    pub fn vertical(&mut self, x: f64, stroke: &Stroke) {
         let (low, high) = (self.y.low, self.y.high);
         self.curve(&[[x, low], [x, high]], stroke);
     }
 
     /// A horizontal line across the frame.
-    pub(crate) fn horizontal(&mut self, y: f64, stroke: &Stroke) {
+    pub fn horizontal(&mut self, y: f64, stroke: &Stroke) {
         let (low, high) = (self.x.low, self.x.high);
         self.curve(&[[low, y], [high, y]], stroke);
     }
 
     /// The panel as SVG elements with its origin at the upper left corner; `note` stands above the right
     /// corner.
-    pub(super) fn elements(&self, note: &str) -> String {
+    pub(crate) fn elements(&self, note: &str) -> String {
         let [width, height] = self.frame();
         let (bottom, right) = (TOP + height, LEFT + width);
         let mut out = format!(
@@ -235,7 +235,7 @@ impl Panel {
 }
 
 /// A text element; `anchor` is `start`, `middle` or `end`.
-pub(super) fn write([x, y]: [f64; 2], anchor: &str, size: f64, label: &str) -> String {
+pub(crate) fn write([x, y]: [f64; 2], anchor: &str, size: f64, label: &str) -> String {
     let (x, y, content, size) = (px(x), px(y), text::svg(label, size), px(size));
     format!("<text x=\"{x}\" y=\"{y}\" text-anchor=\"{anchor}\" font-size=\"{size}\">{content}</text>")
 }

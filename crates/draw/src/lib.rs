@@ -1,20 +1,22 @@
-//! A small writer of scientific figures in SVG: axes, curves, bars, contours, legends, and labels with sub-
-//! and superscripts. Why our own: `docs/decisions/figures.md`.
-//!
-//! Knows numbers, labels and looks. Knows neither a study nor the page.
+#![doc = include_str!("../README.md")]
 
 mod axis;
 mod figure;
+mod files;
 mod panel;
+mod pdf;
+mod plot;
 mod style;
 mod text;
 
-pub(crate) use axis::{Axis, multiples, round_step};
-pub(crate) use figure::{Figure, Key, Mark};
-pub(crate) use panel::{COLUMN, DOT, Panel};
-pub(crate) use style::{INK, Stroke, fill_colour, model_stroke, scale_colour, scale_stroke};
-pub use text::escape;
-pub(crate) use text::{fixed, html};
+pub use axis::{Axis, multiples, round_step};
+pub use figure::{Figure, Key, Mark};
+pub use files::{is_file_of_figures, write_figure, write_figure_as};
+pub use panel::{COLUMN, DOT, Panel};
+pub use pdf::pdf;
+pub use plot::plot_svg;
+pub use style::{INK, Stroke, fill_colour, model_stroke, scale_colour, scale_stroke};
+pub use text::{escape, fixed, html};
 
 /// A coordinate with one decimal, the same bytes on every run.
 fn px(value: f64) -> String {

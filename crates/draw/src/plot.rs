@@ -1,6 +1,6 @@
 //! Curves over time, frequency or place, panel by panel.
 
-use crate::draw::{Axis, COLUMN, Figure, INK, Key, Mark, Panel, Stroke, model_stroke, scale_colour};
+use crate::{Axis, COLUMN, Figure, INK, Key, Mark, Panel, Stroke, model_stroke, scale_colour};
 use rijke_rig::{Look, Plot, PlotPanel};
 
 const SIZE: [f64; 2] = [COLUMN, 240.0];

@@ -21,7 +21,7 @@ const DROP: f64 = 0.22;
 const RISE: f64 = 0.38;
 
 /// The label as HTML.
-pub(crate) fn html(label: &str) -> String {
+pub fn html(label: &str) -> String {
     let element = |run: &Run| {
         let text = typeset(run);
         let text = if run.italic { format!("<i>{text}</i>") } else { text };
@@ -35,7 +35,7 @@ pub(crate) fn html(label: &str) -> String {
 }
 
 /// The label without its marks, for titles.
-pub(super) fn plain(label: &str) -> String {
+pub(crate) fn plain(label: &str) -> String {
     let element = |run: &Run| match run.level {
         Level::Base => run.text.to_owned(),
         Level::Below => format!("_{}", run.text),
@@ -46,7 +46,7 @@ pub(super) fn plain(label: &str) -> String {
 
 /// The label as the content of an SVG `text` element of the given font size. Shifts are absolute, because not
 /// every viewer knows `baseline-shift`.
-pub(super) fn svg(label: &str, size: f64) -> String {
+pub(crate) fn svg(label: &str, size: f64) -> String {
     let (mut out, mut height) = (String::new(), 0.0);
     for run in &runs(label) {
         let target = match run.level {
@@ -80,7 +80,7 @@ pub(super) fn svg(label: &str, size: f64) -> String {
 
 /// Width of a label in pixels, from the mean width of a letter in common sans-serif fonts; good to about a
 /// tenth.
-pub(super) fn width(label: &str, size: f64) -> f64 {
+pub(crate) fn width(label: &str, size: f64) -> f64 {
     let widths = runs(label)
         .iter()
         .map(|run| {
@@ -92,7 +92,7 @@ pub(super) fn width(label: &str, size: f64) -> f64 {
 }
 
 /// The label in lines that are no wider than `room` where it has spaces; italics stay on one line.
-pub(super) fn wrapped(label: &str, size: f64, room: f64) -> Vec<String> {
+pub(crate) fn wrapped(label: &str, size: f64, room: f64) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     for word in label.split_inclusive(' ') {
         match lines.last_mut() {
@@ -109,7 +109,7 @@ pub(super) fn wrapped(label: &str, size: f64, room: f64) -> Vec<String> {
 }
 
 /// A number with `decimals` decimals and a true minus sign.
-pub(crate) fn fixed(value: f64, decimals: usize) -> String {
+pub fn fixed(value: f64, decimals: usize) -> String {
     let text = format!("{value:.decimals$}");
     let zero = text.trim_start_matches('-').chars().all(|c| c == '0' || c == '.');
     match text.strip_prefix('-') {

@@ -1,29 +1,33 @@
 //! Colours and line styles.
 
 /// Colour of axes, text and measured points.
-pub(crate) const INK: &str = "#1a1a1a";
+pub const INK: &str = "#1a1a1a";
 
 /// How a line is drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Stroke {
+pub struct Stroke {
     /// Colour.
-    pub(crate) colour: &'static str,
+    pub colour: &'static str,
     /// Width in pixels.
-    pub(crate) width: f64,
+    pub width: f64,
     /// Lengths of dashes and gaps; empty for a solid line.
-    pub(crate) dash: &'static str,
+    pub dash: &'static str,
 }
 
 impl Stroke {
-    pub(crate) const fn solid(colour: &'static str, width: f64) -> Self {
+    /// An unbroken line.
+    #[must_use]
+    pub const fn solid(colour: &'static str, width: f64) -> Self {
         Self { colour, width, dash: "" }
     }
 
-    pub(crate) const fn dashed(colour: &'static str, width: f64, dash: &'static str) -> Self {
+    /// A line with dashes, lengths in pixels as SVG has them.
+    #[must_use]
+    pub const fn dashed(colour: &'static str, width: f64, dash: &'static str) -> Self {
         Self { colour, width, dash }
     }
 
-    pub(super) fn attributes(&self) -> String {
+    pub(crate) fn attributes(&self) -> String {
         let dash =
             if self.dash.is_empty() { String::new() } else { format!(" stroke-dasharray=\"{}\"", self.dash) };
         format!("stroke=\"{}\" stroke-width=\"{}\"{dash}", self.colour, super::number(self.width))
@@ -47,7 +51,7 @@ const MODELS: [Stroke; 10] = [
 ];
 
 /// The style of the model at a place in its table; styles repeat after ten.
-pub(crate) fn model_stroke(index: usize) -> Stroke {
+pub fn model_stroke(index: usize) -> Stroke {
     MODELS[index % MODELS.len()]
 }
 
@@ -56,7 +60,7 @@ pub(crate) fn model_stroke(index: usize) -> Stroke {
 const SCALE: [&str; 7] = ["#22306e", "#54329a", "#8a3a98", "#b54a86", "#d3645f", "#e28640", "#e3ab32"];
 
 /// The colour of step `index` of `count` on an ordered scale.
-pub(crate) fn scale_colour(index: usize, count: usize) -> &'static str {
+pub fn scale_colour(index: usize, count: usize) -> &'static str {
     let last = SCALE.len() - 1;
     SCALE[(index * last).checked_div(count.saturating_sub(1)).unwrap_or(last).min(last)]
 }
@@ -66,14 +70,14 @@ pub(crate) fn scale_colour(index: usize, count: usize) -> &'static str {
 const FILLS: [&str; 7] = ["#4a6fb5", "#8377bd", "#b986af", "#df9f98", "#f0bf8c", "#f7dd9a", "#fdf8cf"];
 
 /// The colour of area `index` of `count`, from the lowest.
-pub(crate) fn fill_colour(index: usize, count: usize) -> &'static str {
+pub fn fill_colour(index: usize, count: usize) -> &'static str {
     let last = FILLS.len() - 1;
     FILLS[(index * last).checked_div(count.saturating_sub(1)).unwrap_or(last / 2).min(last)]
 }
 
 /// The line of step `index` of `count`: every other one is dashed, so that neighbours differ without colour
 /// too.
-pub(crate) fn scale_stroke(index: usize, count: usize, width: f64) -> Stroke {
+pub fn scale_stroke(index: usize, count: usize, width: f64) -> Stroke {
     Stroke { colour: scale_colour(index, count), width, dash: if index % 2 == 1 { "5 2.5" } else { "" } }
 }
 

@@ -5,37 +5,39 @@ const MOST_TICKS: f64 = 6.0;
 
 /// A linear axis.
 #[derive(Clone, Debug)]
-pub(crate) struct Axis {
+pub struct Axis {
     /// Label in the markup of [`super::html`].
-    pub(crate) label: String,
+    pub label: String,
     /// Value at the left or lower end.
-    pub(crate) low: f64,
+    pub low: f64,
     /// Value at the right or upper end.
-    pub(crate) high: f64,
+    pub high: f64,
 }
 
 /// Where the ticks are.
-pub(super) struct Ticks {
+pub(crate) struct Ticks {
     /// Labelled ticks.
-    pub(super) major: Vec<f64>,
+    pub(crate) major: Vec<f64>,
     /// Ticks between them.
-    pub(super) minor: Vec<f64>,
+    pub(crate) minor: Vec<f64>,
     /// Decimals of the labels.
-    pub(super) decimals: usize,
+    pub(crate) decimals: usize,
 }
 
 /// Whether a value can be drawn: neither infinite nor so large that a range or a place would be.
-pub(super) fn is_drawn(value: f64) -> bool {
+pub(crate) fn is_drawn(value: f64) -> bool {
     value.abs() < 1e100
 }
 
 impl Axis {
-    pub(crate) fn new(label: &str, low: f64, high: f64) -> Self {
+    /// From `low` to `high`.
+    #[must_use]
+    pub fn new(label: &str, low: f64, high: f64) -> Self {
         Self { label: label.to_owned(), low, high }
     }
 
     /// An axis that holds all values that can be drawn with a margin of a twentieth on either side.
-    pub(crate) fn covering(label: &str, values: impl IntoIterator<Item = f64>) -> Self {
+    pub fn covering(label: &str, values: impl IntoIterator<Item = f64>) -> Self {
         let drawn = values.into_iter().filter(|v| is_drawn(*v));
         let (low, high) =
             drawn.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
@@ -48,11 +50,11 @@ impl Axis {
     }
 
     /// Place of a value between the ends, 0 to 1.
-    pub(super) fn place(&self, value: f64) -> f64 {
+    pub(crate) fn place(&self, value: f64) -> f64 {
         (value - self.low) / (self.high - self.low)
     }
 
-    pub(super) fn ticks(&self) -> Ticks {
+    pub(crate) fn ticks(&self) -> Ticks {
         let range = self.high - self.low;
         let step = round_step(range / MOST_TICKS);
         let decimals = (-step.log10()).ceil().max(0.0) as usize;
@@ -71,7 +73,7 @@ impl Axis {
 }
 
 /// The smallest of 1, 2 and 5 times a power of ten that is at least `least`.
-pub(crate) fn round_step(least: f64) -> f64 {
+pub fn round_step(least: f64) -> f64 {
     let power = 10f64.powf(least.log10().floor());
     [1.0, 2.0, 5.0, 10.0].map(|m| m * power).into_iter().find(|s| *s >= least * (1.0 - 1e-9)).unwrap_or(least)
 }
@@ -82,7 +84,7 @@ fn mantissa(step: f64) -> f64 {
 }
 
 /// All multiples of a step within a range, ends included.
-pub(crate) fn multiples(step: f64, low: f64, high: f64) -> impl Iterator<Item = f64> {
+pub fn multiples(step: f64, low: f64, high: f64) -> impl Iterator<Item = f64> {
     let (first, last) = ((low / step - 1e-6).ceil() as i64, (high / step + 1e-6).floor() as i64);
     (first..=last).map(move |i| i as f64 * step)
 }

@@ -1,0 +1,82 @@
+//! Ends and walls that the file of the rig and a candidate bring together: their laws add up.
+
+use super::fill::Filled;
+use super::model::{LawAt, PointModel};
+use crate::assembly::part_of_wall;
+use rijke_network::{At, Coefficients as _, Laws};
+use rijke_numerics::C64;
+use rijke_study::Coefficient;
+use std::collections::BTreeMap;
+
+/// An end that reflects more than this is none by itself: |R| of what both bring.
+const WHOLE: f64 = 1.01;
+/// A loss of a wall, over that of the rig's file, from which it is a whole wall and no correction of one.
+const WALL: f64 = 0.5;
+
+impl PointModel<'_> {
+    /// Of the ends whose law is a reflection coefficient its size at s = i omega, with the place as the
+    /// candidate says it; none in rigs whose lengths are unknown.
+    pub(crate) fn end_reflections(&self, values: &[f64], omega: f64) -> Vec<(String, f64)> {
+        let reflects = |law: &LawAt| {
+            let effect = self.effect(law);
+            effect.place.is_end() && effect.coefficient == Coefficient::Reflection
+        };
+        let mut ends: BTreeMap<&str, C64> = BTreeMap::new();
+        for (law, value) in
+            self.laws.iter().zip(self.law_values(values, omega)).filter(|(law, _)| reflects(law))
+        {
+            *ends.entry(&self.effect(law).place_text).or_default() += value;
+        }
+        ends.into_iter().map(|(place, value)| (place.to_owned(), value.norm())).collect()
+    }
+
+    /// What the rig's file and a candidate both bring at parameters `values` and s = i omega, in sentences.
+    pub(crate) fn doubled(&self, values: &[f64], omega: f64) -> Vec<String> {
+        let all: Vec<(&LawAt, C64)> = self.laws.iter().zip(self.law_values(values, omega)).collect();
+        let of_rig = |law: &LawAt| self.assembly.candidates()[law.candidate].id == self.assembly.rig.own.id;
+        let mut said = Vec::new();
+        for (own, value) in all.iter().filter(|(law, _)| of_rig(law)) {
+            let effect = self.effect(own);
+            let like = |other: &LawAt| {
+                let effect_of_other = self.effect(other);
+                let same_end = effect.place.is_end() && effect_of_other.place == effect.place;
+                let same_wall =
+                    [effect, effect_of_other].map(part_of_wall) == [Some(0); 2] && other.around == own.around;
+                effect_of_other.coefficient == effect.coefficient && (same_end || same_wall)
+            };
+            let others = || all.iter().filter(|(law, _)| !of_rig(law) && like(law));
+            let Some((first, _)) = others().next() else { continue };
+            let (by, place) = (&self.assembly.candidates()[first.candidate].id, &effect.place_text);
+            let sum: C64 = others().map(|(_, value)| value).sum();
+            if effect.place.is_end() && effect.coefficient == Coefficient::Reflection {
+                let both = (value + sum).norm();
+                if both > WHOLE {
+                    said.push(format!(
+                        "the reflection of `{by}` adds to that which rig.toml has at {place}: |R| is {both:.2} together. Write type = \"free\" there, or \
+                         give the candidate the difference alone"
+                    ));
+                }
+            } else if part_of_wall(effect) == Some(0) && sum.norm() > WALL * value.norm() {
+                let times = (value + sum).norm() / value.norm();
+                said.push(format!(
+                    "the loss of `{by}` at the wall adds to that which rig.toml has at {place} (`wall`): {times:.1} times that together. Write wall = \
+                     \"none\" there, or give the candidate the difference alone"
+                ));
+            }
+        }
+        said.sort();
+        said.dedup();
+        said
+    }
+
+    /// Values of all laws at s = i omega; nothing in rigs whose lengths are unknown.
+    fn law_values(&self, values: &[f64], omega: f64) -> Vec<C64> {
+        if self.shape.is_some() || values.len() != self.assembly.parameters().len() {
+            return Vec::new();
+        }
+        let (at, mut laws) = (At::search(C64::new(0.0, omega)), Laws::default());
+        laws.reset(self.laws.len(), &at);
+        Filled::new(self, values).fill(&at, &mut laws);
+        (0..self.laws.len()).map(|k| laws.value(k)).collect()
+    }
+}
