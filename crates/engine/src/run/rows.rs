@@ -101,9 +101,14 @@ impl Run {
         let answer = |o: &Observed| {
             let used = o.used(&microphones, self.rig.microphones.reference);
             let heard = if used.others.is_empty() { reference.as_slice() } else { &used.microphones };
-            let model = PointModel::new(assembly, &o.conditions, heard)?.starting_from(o.near);
-            let answer = model.respond(values, Order::Value, &mut Workspace::default())?;
-            let s = answer.s.value();
+            let respond = |microphones: &[usize]| {
+                let model = PointModel::new(assembly, &o.conditions, microphones)?.starting_from(o.near);
+                model.respond(values, Order::Value, &mut Workspace::default())
+            };
+            // Hot gas is cut at microphones: the mode is that of the model that others solve, with the
+            // reference alone.
+            let s = respond(reference.as_slice())?.s.value();
+            let answer = respond(heard)?;
             let pressures = heard.iter().copied().zip(answer.pressures.iter().map(Jet::value));
             Ok(([s.re, s.im], pressures.collect::<Pressures>()))
         };
