@@ -8,9 +8,9 @@ use rijke_numerics::C64;
 use rijke_study::Coefficient;
 use std::collections::BTreeMap;
 
-/// An end that reflects more than this is none by itself: |R| of what both bring.
+/// |R| of two laws together above which each is a whole end, and not one a correction of the other.
 const WHOLE: f64 = 1.01;
-/// A loss of a wall, over that of the rig's file, from which it is a whole wall and no correction of one.
+/// Loss of a candidate over that of the rig's file above which it is a whole wall, and no correction of one.
 const WALL: f64 = 0.5;
 
 impl PointModel<'_> {

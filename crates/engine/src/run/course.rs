@@ -3,8 +3,10 @@
 use super::record::{CarriedOn, ModelRecord, TrainedParameter};
 use crate::response::Ground;
 use crate::rows::Choice;
-use crate::{Assembly, EngineError, NamedGaussian, Observed, Trained};
+use crate::{Assembly, EngineError, NamedGaussian, Observed, PointModel, Trained};
 use rijke_inference::SamplerKind;
+use rijke_network::{Response, Workspace};
+use rijke_numerics::Order;
 use rijke_rig::ChannelErrors;
 use rijke_study::{HeatedFit, PointState, Rig, Study};
 use std::collections::BTreeMap;
@@ -64,6 +66,14 @@ impl Chosen {
     pub(super) fn choice(&self) -> Choice {
         let own = self.assembly.candidates().iter().filter(|c| c.role != "rig");
         own.map(|c| (c.role.clone(), c.id.clone())).collect()
+    }
+
+    /// An observation as the model itself has it at its most probable parameters, at some microphones:
+    /// without the errors of base states and channels that training found beside them.
+    pub(super) fn solved(&self, o: &Observed, microphones: &[usize]) -> Result<Response, EngineError> {
+        let model = PointModel::new(&self.assembly, &o.conditions, microphones)?.starting_from(o.near);
+        let values = &self.trained.values[..self.trained.own];
+        model.respond(values, Order::Value, &mut Workspace::default())
     }
 }
 

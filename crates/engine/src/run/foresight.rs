@@ -11,7 +11,7 @@ use rijke_numerics::{InOrder, Matrix, Order, symmetric_eigen};
 use rijke_study::plan::Stage;
 use rijke_study::{ObservedModes, Study};
 use serde::Serialize;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Components of a direction below this are left out of its name.
 const MINOR: f64 = 0.2;
@@ -191,15 +191,11 @@ fn doubled(study: &Study, assembly: &Assembly, points: &[Conditions]) -> Result<
     let [low, high] = study.rig.search[1];
     let omega = std::f64::consts::PI * (low + high);
     let centre = assembly.centre()?;
-    let mut said = Vec::new();
+    let mut said = BTreeSet::new();
     for conditions in points {
-        for sentence in PointModel::new(assembly, conditions, &[])?.doubled(&centre, omega) {
-            if !said.contains(&sentence) {
-                said.push(sentence);
-            }
-        }
+        said.extend(PointModel::new(assembly, conditions, &[])?.doubled(&centre, omega));
     }
-    Ok(said)
+    Ok(said.into_iter().collect())
 }
 
 /// The information of the points about the free parameters at the centre of their priors, and the points

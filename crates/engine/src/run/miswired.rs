@@ -4,7 +4,7 @@
 use super::course::{Chosen, Run};
 use crate::rows::Row;
 use crate::{EngineError, Observed};
-use rijke_numerics::{C64, Matrix};
+use rijke_numerics::{C64, Jet, Matrix};
 use rijke_study::plan::Stage;
 
 /// Mode shapes that lie nearer to the model than this, root mean square over the pressure of the reference,
@@ -25,8 +25,7 @@ pub(super) type Pressures = Vec<(usize, C64)>;
 
 impl Run {
     /// The two microphones with which exchanged, or the one with which reversed, a model whose mode shapes do
-    /// not fit gains most, in a sentence; nothing if the gain is small. `of_model` is what the model itself
-    /// says of every observation, without errors of gains.
+    /// not fit gains most, in a sentence; nothing if the gain is small.
     ///
     /// # Errors
     /// [`EngineError::Stopped`].
@@ -35,11 +34,21 @@ impl Run {
         stage: &Stage,
         row: &Row,
         found: &Chosen,
-        of_model: &[Pressures],
     ) -> Result<Option<String>, EngineError> {
         let reference = self.rig.microphones.reference;
+        // Without errors of gains.
+        let microphones = self.microphones(stage);
+        let of_model = |o: &Observed| {
+            let used = o.used(&microphones, reference);
+            if used.others.is_empty() {
+                return Ok(Pressures::new());
+            }
+            let answer = found.solved(o, &used.microphones)?;
+            Ok(used.microphones.iter().copied().zip(answer.pressures.iter().map(Jet::value)).collect())
+        };
+        let of_model = found.observed.iter().map(of_model).collect::<Result<Vec<_>, EngineError>>()?;
         let measured: Vec<&Pressures> = found.observed.iter().map(|o| &o.mode.pressures).collect();
-        let as_they_are = distance(of_model, &measured, |p| Some(p.clone()));
+        let as_they_are = distance(&of_model, &measured, |p| Some(p.clone()));
         if as_they_are <= FAR {
             return Ok(None);
         }
@@ -48,7 +57,7 @@ impl Run {
         heard.dedup();
         let reversed = heard.iter().map(|m| Wiring::Reversed(*m));
         let with = |wiring: Wiring| {
-            (distance(of_model, &measured, |p| Some(wiring.put_right(p, reference)?.0)), wiring)
+            (distance(&of_model, &measured, |p| Some(wiring.put_right(p, reference)?.0)), wiring)
         };
         let all = pairs(&heard).into_iter().map(Wiring::Exchanged).chain(reversed).map(with);
         let best = all.min_by(|a, b| a.0.total_cmp(&b.0));

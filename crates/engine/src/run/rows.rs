@@ -5,7 +5,6 @@ use super::course::{Chosen, Elsewhere, Found, Run, StandsOn, Trusted};
 use super::doubts::{doubts, feeding};
 use super::matching::check_modes;
 use super::maxima::of_all;
-use super::miswired::Pressures;
 use super::record::{EvidenceRecord, ModelRecord, misfit, parameters};
 use super::shapes::{Shape, outlying};
 use crate::noise::{Noise, floats, measured_sd};
@@ -13,8 +12,7 @@ use crate::observed::Used;
 use crate::rows::{Choice, Row};
 use crate::{EngineError, Misfit, NamedGaussian, Observed, PointModel, Training, train};
 use rijke_inference::{AssessOptions, MapOptions, Parameter, TrustRegion};
-use rijke_network::Workspace;
-use rijke_numerics::{C64, Jet, Order, Streams};
+use rijke_numerics::{C64, Streams};
 use rijke_rig::ModeRows;
 use rijke_study::Effect;
 use rijke_study::plan::Stage;
@@ -97,36 +95,23 @@ impl Run {
         record.parameters = parameters(trained, assembly.parameters());
         record.misfit = misfit(trained);
         let values = &trained.values[..trained.own];
-        let (microphones, reference) = (self.microphones(stage), self.reference());
-        let answer = |o: &Observed| {
-            let used = o.used(&microphones, self.rig.microphones.reference);
-            let heard = if used.others.is_empty() { reference.as_slice() } else { &used.microphones };
-            let respond = |microphones: &[usize]| {
-                let model = PointModel::new(assembly, &o.conditions, microphones)?.starting_from(o.near);
-                model.respond(values, Order::Value, &mut Workspace::default())
-            };
-            // Hot gas is cut at microphones: the mode is that of the model that others solve, with the
-            // reference alone.
-            let s = respond(reference.as_slice())?.s.value();
-            let answer = respond(heard)?;
-            let pressures = heard.iter().copied().zip(answer.pressures.iter().map(Jet::value));
-            Ok(([s.re, s.im], pressures.collect::<Pressures>()))
+        // Hot gas is cut at microphones: with the reference alone the mode is that which `predict` solves.
+        let predicted = |o: &Observed| {
+            let s = found.solved(o, self.reference().as_slice())?.s.value();
+            Ok([s.re, s.im])
         };
-        let answers = found.observed.iter().map(answer).collect::<Result<Vec<_>, EngineError>>()?;
-        let of_model: Vec<Pressures>;
-        (record.predicted, of_model) = answers.into_iter().unzip();
+        record.predicted = found.observed.iter().map(predicted).collect::<Result<_, EngineError>>()?;
         let reflections = found.observed.iter().zip(&record.predicted).filter_map(|(o, [_, omega])| {
             let model = PointModel::new(assembly, &o.conditions, &[]).ok()?;
             Some((model.end_reflections(values, *omega), *omega))
         });
         let said: Vec<String> =
             trained.sampler.iter().map(ToString::to_string).chain(feeding(reflections)).collect();
-        let said: Vec<String> = match (found.observed.first(), record.predicted.first()) {
+        let doubled = match (found.observed.first(), record.predicted.first()) {
             (Some(o), Some([_, omega])) => {
-                let model = PointModel::new(assembly, &o.conditions, &[])?;
-                model.doubled(&assembly.centre()?, *omega).into_iter().chain(said).collect()
+                PointModel::new(assembly, &o.conditions, &[])?.doubled(&assembly.centre()?, *omega)
             }
-            _ => said,
+            _ => Vec::new(),
         };
         let (fitted, shapes) = self.fitted(stage, &found, &record.predicted);
         let mut doubts = doubts(&found.observed, &fitted, record.misfit, floats(&trained.noise));
@@ -135,15 +120,22 @@ impl Run {
         // Not in the first pass of a course whose evidence is checked further.
         if trusted != Trusted::Laplace || self.trusted == Trusted::Laplace {
             doubts.extend(self.turned(stage, row, &found)?);
-            doubts.extend(self.miswired(stage, row, &found, &of_model)?);
+            doubts.extend(self.miswired(stage, row, &found)?);
         }
         let apart =
             |(a, b): (&[f64; 2], &[f64; 2])| (a[0] - b[0]).hypot(a[1] - b[1]) > 1e-6 * b[0].hypot(b[1]);
         if fitted.iter().zip(&record.predicted).any(apart) {
             record.fitted = fitted;
         }
-        let remarks: Vec<String> =
-            trained.warnings.iter().cloned().chain(said).chain(doubts).chain(counted).collect();
+        let remarks: Vec<String> = trained
+            .warnings
+            .iter()
+            .cloned()
+            .chain(doubled)
+            .chain(said)
+            .chain(doubts)
+            .chain(counted)
+            .collect();
         record.remark = Some(remarks.join("\n")).filter(|w| !w.is_empty());
         Ok((record, Some(found)))
     }

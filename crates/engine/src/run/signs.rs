@@ -52,10 +52,8 @@ impl Run {
         // A flexible model takes up phases of the wrong sign, at the cost of the growth rates.
         let pressures = found.observed.iter().flat_map(|o| &o.mode.pressures);
         let standing = pressures.clone().all(|(_, p)| p.im.abs() < STANDING * p.norm());
-        let (mean, n) = (rates.iter().sum::<f64>() / rates.len().max(1) as f64, rates.len() as f64);
-        let spread = (rates.iter().map(|g| (g - mean).powi(2)).sum::<f64>() / n.max(1.0)).sqrt();
-        let explains_none =
-            rates.len() > 2 && found.misfit[0] > spread.max(LARGE * measured_sd(&found.observed, 0));
+        let least = spread(&rates).max(LARGE * measured_sd(&found.observed, 0));
+        let explains_none = rates.len() > 2 && found.misfit[0] > least;
         if (self.nearer_conjugated(stage, found) || explains_none && !standing)
             && let Some(gain) = self.gain(stage, row, found, &|o| {
                 o.mode.pressures.iter_mut().for_each(|(_, p)| *p = p.conj());
@@ -104,6 +102,13 @@ impl Run {
         }
         turned < as_they_are
     }
+}
+
+/// Standard deviation of numbers about their mean.
+fn spread(all: &[f64]) -> f64 {
+    let n = all.len().max(1) as f64;
+    let mean = all.iter().sum::<f64>() / n;
+    (all.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / n).sqrt()
 }
 
 /// The covariance of numbers of which some have turned their sign.

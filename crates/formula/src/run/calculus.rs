@@ -113,8 +113,8 @@ fn derivatives(function: Function, z: C64) -> Option<[C64; 3]> {
     })
 }
 
-/// A number on the cut of the principal branches is on its upper side: -4 has the imaginary part -0, and 0 -
-/// 4 has +0.
+/// A number on the cut of the principal branches, moved to its upper side: unary minus makes the imaginary
+/// part of a real number -0, which is the lower side.
 #[inline]
 fn above(z: C64) -> C64 {
     C64::new(z.re, z.im + 0.0)

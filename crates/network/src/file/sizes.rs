@@ -131,7 +131,7 @@ impl Sizes {
 
     /// The widest duct, if its first higher mode is cut on below the highest frequency of the search.
     fn cut_on(&self, placed: &[Placed]) -> Option<Warning> {
-        let diameter = |p: &'_ Placed| match &p.element {
+        let diameter = |p: &Placed| match &p.element {
             Element::Duct(duct) => duct.diameter,
             _ => None,
         };
@@ -139,7 +139,7 @@ impl Sizes {
         let (item, widest) = widths.max_by(|a, b| a.1.total_cmp(&b.1))?;
         let cut_on = CUT_ON * self.wavelength * self.highest / (PI * widest);
         let why = || format!("so wide that a higher mode is cut on at {cut_on:.0} Hz");
-        let remedy = || format!("plane waves are not all that there is above: search below {cut_on:.0} Hz");
+        let remedy = || format!("search below {cut_on:.0} Hz: above, the sound is not in plane waves alone");
         let beyond = cut_on < self.highest && widest <= self.wavelength.max(WIDE);
         beyond.then(|| size(item, "diameter", widest, "m", why(), remedy()))
     }

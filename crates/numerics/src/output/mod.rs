@@ -94,8 +94,7 @@ impl StagedFolder {
             Err(_) => target.exists(),
         };
         if occupied && !force {
-            let remedy =
-                "Move it away, give another name, or, where the command has --force, replace it with that.";
+            let remedy = "Move it away, give another name, or use --force if the command has it.";
             return Err(refused(given, "exists already", remedy));
         }
         if occupied && !target.join(mark).is_file() {

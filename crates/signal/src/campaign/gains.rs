@@ -10,8 +10,8 @@ const ODD: f64 = 5.0;
 /// Where all pressures scatter alike, within this factor, their reference does.
 const ALIKE: f64 = 2.0;
 
-/// The pings of a point: its name, what its repeats say, its microphones, and the
-/// place of the reference among them.
+/// The pings of a point: its name, what its repeats say, its microphones, and the place of the reference
+/// among them.
 pub(super) struct OfPoint<'a> {
     pub(super) point: &'a str,
     pub(super) repeats: &'a Repeats,
@@ -63,7 +63,6 @@ fn of_point<'a>(of: &'a OfPoint<'a>) -> Vec<(&'a Channel, &'a str, f64)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Channel;
     use crate::repeats::combine;
     use rijke_numerics::Matrix;
 

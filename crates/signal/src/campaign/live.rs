@@ -67,11 +67,12 @@ impl Fault {
 pub(super) fn of_rig(acquisition: &Acquisition, microphones: &Microphones) -> Vec<Channel> {
     let count = microphones.positions.len();
     let names = [&microphones.names, &acquisition.reading.microphones].into_iter().find(|n| n.len() == count);
-    let name = |place: usize, number: usize| {
-        names.map_or_else(|| format!("p{}", number + 1), |names| names[place].clone())
-    };
+    let by_number = Microphones::by_number(count + acquisition.removed.len());
+    let name = |place: usize, number: usize| names.map_or(&by_number[number], |names| &names[place]);
     let numbers = acquisition.numbers(count).into_iter().enumerate();
-    numbers.map(|(place, number)| Channel::Microphone { number, name: name(place, number).into() }).collect()
+    numbers
+        .map(|(place, number)| Channel::Microphone { number, name: name(place, number).as_str().into() })
+        .collect()
 }
 
 /// The microphones that are in all of several ascending lists.

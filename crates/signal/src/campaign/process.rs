@@ -134,6 +134,7 @@ pub fn process_again(
     let calibration_clicks = rejections.len();
     let microphones = set.rig.microphones.positions.len();
     let called = of_rig(&set.acquisition, &set.rig.microphones);
+    let those = |live: &[usize]| -> Vec<Channel> { live.iter().map(|m| called[*m].clone()).collect() };
     let of_points = by_point(&jobs, &fitted, set.points.len());
     let (drifts, excesses) = (drifts_of(&of_points), excesses_of(&of_points));
     // Fits are given up as their means are made: those of a whole campaign are not held twice.
@@ -172,7 +173,7 @@ pub fn process_again(
         all_left_out.extend(left_out);
         // Repeats are compared in the microphones that all of them have.
         let live = in_all(pings.iter().map(|p| &p.live));
-        let named: Vec<Channel> = live.iter().map(|m| called[*m].clone()).collect();
+        let named = those(&live);
         let is_dead = |m: &usize| {
             !live.contains(m) && pings.iter().all(|p| p.left_out.iter().all(|(left, _)| left != m))
         };
@@ -206,13 +207,13 @@ pub fn process_again(
     if let Some(scatter) = usual_scatter(gathered.iter().filter_map(|g| g.ping_repeats.as_ref())) {
         for (g, records) in gathered.iter_mut().zip(&set.points) {
             if reject_odd(&mut g.pings, scatter, &records.pings, &mut rejections) {
-                let named: Vec<Channel> = g.live.iter().map(|m| called[*m].clone()).collect();
+                let named = those(&g.live);
                 g.ping_repeats = combine_pings(&mut g.pings, &records.pings, &named, &mut rejections);
             }
         }
     }
     let of_pings = set.points.iter().zip(&gathered).filter_map(|(records, g)| {
-        let microphones = g.live.iter().map(|m| called[*m].clone()).collect();
+        let microphones = those(&g.live);
         let reference = g.pings.first()?.1.reference;
         Some(OfPoint { point: &records.point.id, repeats: g.ping_repeats.as_ref()?, microphones, reference })
     });

@@ -100,8 +100,9 @@ impl Residue<'_> {
         Err(Fault::Residual { at: self.begin, channel: channel.into(), ratio: power, frequency_hz })
     }
 
-    /// Ljung & Box 1978, summed over channels, as a standard normal deviate, for noise whose colour was
-    /// learnt from `learnt_from` other samples: an autocorrelation then has the variance 1/n + 1/learnt_from.
+    /// Ljung & Box 1978, summed over channels, less its mean for white noise and over its standard deviation,
+    /// for noise whose colour was learnt from `learnt_from` other samples: an autocorrelation then has the
+    /// variance 1/n + 1/learnt_from.
     pub(crate) fn whiteness(&self, learnt_from: usize) -> f64 {
         let rows = (self.samples.len() / self.channels).min(WHITENESS_ROWS);
         let samples = &self.samples[..rows * self.channels];

@@ -39,13 +39,20 @@ impl Factor {
     /// A number of it in the unit of the file, to twelve digits: 410 of mm for 0.41.
     #[must_use]
     pub fn shown_of(&self, value: f64) -> f64 {
-        rounded((value - self.shown.offset()) / self.shown.factor())
+        rounded((value - self.shown.offset()) / self.shown.factor(), 12)
     }
 
     /// Name, number and unit as the file has them: `x_g = 410 mm`.
     #[must_use]
     pub fn said(&self, value: f64) -> String {
-        format!("{} = {}{}", self.name, self.shown_of(value), unit_behind(self.shown.text()))
+        self.said_to(value, 12)
+    }
+
+    /// As [`Self::said`], to so many digits of the number as it is shown.
+    #[must_use]
+    pub fn said_to(&self, value: f64, digits: usize) -> String {
+        let shown = rounded(self.shown_of(value), digits);
+        format!("{} = {shown}{}", self.name, unit_behind(self.shown.text()))
     }
 }
 
@@ -55,9 +62,9 @@ pub fn unit_behind(unit: &str) -> String {
     if unit == "1" { String::new() } else { format!(" {unit}") }
 }
 
-/// To twelve digits: what a unit's factor leaves beyond them is rounding.
-fn rounded(value: f64) -> f64 {
-    format!("{value:.11e}").parse().unwrap_or(value)
+/// To so many digits: what a unit's factor leaves beyond twelve is rounding.
+fn rounded(value: f64, digits: usize) -> f64 {
+    format!("{value:.*e}", digits - 1).parse().unwrap_or(value)
 }
 
 /// One operating point.

@@ -7,7 +7,7 @@ use super::axes::{axis_label, factor_column};
 use crate::SavedModel;
 use rijke_numerics::words::with_sd;
 use rijke_study::plan::{MapGrid, MapQuestion};
-use rijke_study::{Factor, Study, unit_behind};
+use rijke_study::{Study, unit_behind};
 use std::collections::BTreeMap;
 
 /// Standard deviations of the band about the boundary, and of what is called certain.
@@ -206,12 +206,7 @@ fn fixed(study: &Study, asked: &MapQuestion, places: &[usize]) -> String {
     let Some(point) = places.first().map(|k| &study.campaign.points[*k]) else { return String::new() };
     let factors = study.campaign.factors.iter().zip(&point.factors).enumerate();
     let others = factors.filter(|(k, (_, v))| !asked.grid.factors.contains(k) && v.is_finite());
-    let said = |(_, (factor, v)): (usize, (&Factor, &f64))| {
-        let shown = factor.shown_of(*v);
-        let digits: f64 = format!("{shown:.4e}").parse().unwrap_or(shown);
-        format!("{} = {digits}{}", factor.name, unit_behind(factor.shown.text()))
-    };
-    let mut all: Vec<String> = others.map(said).collect();
+    let mut all: Vec<String> = others.map(|(_, (factor, v))| factor.said_to(*v, 5)).collect();
     all.extend(point.ambient.map(|[kelvin, _]| format!("T_amb = {kelvin} K")));
     if all.is_empty() { String::new() } else { format!(" Everywhere {}.", all.join(", ")) }
 }
