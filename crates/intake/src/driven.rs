@@ -270,7 +270,7 @@ fn transmission(
     let [before, behind] = tube.sides();
     if before < 2 || behind < 2 {
         return Err(Failed::bad_input(format!(
-            "`between` of [random.transmission] has {before} microphones before the specimen and {behind} behind it; waves are told apart by two or more"
+            "`between` of [random.transmission] has {before} microphones upstream of the specimen and {behind} downstream of it; waves are told apart by two or more"
         ))
         .at(&records.path)
         .remedy("Correct `between`, or the places of the microphones in rig.toml."));

@@ -219,7 +219,7 @@ pub(crate) fn driven(
         let limits = [
             (
                 0.0 <= from && from <= to && to.is_finite(),
-                "`between` must have two places from 0 m on, the first not behind the second",
+                "`between` must have two places from 0 m on, the first not beyond the second",
             ),
             ((0.0..1.0).contains(&specimen.place_sd), "`place_sd` must lie from 0 to 1 m"),
             (

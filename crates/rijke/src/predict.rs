@@ -87,7 +87,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failed> {
     if (map.is_none() || found.is_empty()) && !left_out.is_empty() {
         return Err(wrong(left_out.swap_remove(0).why));
     }
-    // Of a map the axes are said with it.
+    // For a map the axes are named with it.
     let (held, axes) = match &map {
         Some(grid) => (&places[..1], &grid.factors[..]),
         None => (&places[..], &[][..]),

@@ -21,6 +21,8 @@ const MOST_WAVELENGTHS: f64 = 200.0;
 const LAID_OUT: f64 = 293.15;
 /// Temperatures of rooms, K. Where degrees Celsius are expected, such a number most often is one.
 const ROOM: std::ops::RangeInclusive<f64> = 250.0..=330.0;
+/// Ducts colder than this, K, most often are so warm in degrees Celsius.
+const COLD: f64 = 200.0;
 /// 0 degrees Celsius, K.
 const ZERO: f64 = 273.15;
 /// Most points that are named.
@@ -28,13 +30,14 @@ const NAMED: usize = 5;
 
 impl Study {
     /// Names of factors that are nearly reserved ones, points that no stage takes because they lack a factor,
-    /// ambient temperatures in degC whose number is that of a room in K, microphones at one place, and sizes
-    /// that no rig has: each in a sentence with file and remedy.
+    /// ambient temperatures in degC whose number is that of a room in K, ducts so cold that degC were meant,
+    /// microphones at one place, and sizes that no rig has: each in a sentence with file and remedy.
     #[must_use]
     pub fn doubtful(&self) -> Vec<String> {
         let mut all = self.campaign.nearly_reserved();
         all.extend(self.without_factor());
         all.extend(self.rooms());
+        all.extend(self.cold());
         all.extend(self.sizes());
         all.extend(self.at_rest());
         all
@@ -123,6 +126,23 @@ impl Study {
             "{}: T_amb is {number:.1} degC at {}: {number:.1} K is the temperature of a room; if it is meant, write T_amb [K] in the heading",
             self.campaign.file,
             named(&points)
+        ))
+    }
+
+    fn cold(&self) -> Option<String> {
+        let mut found: Vec<(&str, usize, f64)> = Vec::new();
+        for point in &self.campaign.points {
+            let Ok(rig) = self.rig.at(point, point.ambient.map_or(LAID_OUT, |t| t[0])) else { continue };
+            let all = rig.ducts.iter().flat_map(|d| d.temperatures.iter().map(|t| (d.part, *t)));
+            let coldest = all.min_by(|a, b| a.1.total_cmp(&b.1)).filter(|(_, t)| *t < COLD);
+            found.extend(coldest.map(|(part, t)| (point.id.as_str(), part, t)));
+        }
+        let &(_, part, t) = found.first()?;
+        Some(format!(
+            "rig.toml: the temperature of `{}` is {t:.1} K at {}: if these are degrees Celsius, say so where the number stands: `T [degC]` in the heading \
+             of a factor, \"{t:.1} degC\" in rig.toml",
+            self.rig.parts[part].name,
+            named(&found.iter().map(|f| f.0).collect::<Vec<_>>())
         ))
     }
 

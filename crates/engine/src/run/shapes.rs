@@ -13,7 +13,7 @@ pub(super) struct Shape<'a> {
     pub(super) heard: Vec<(usize, C64, C64, f64)>,
 }
 
-/// Residuals of few points, in those of all others together, that are said; with two microphones exchanged a
+/// Residuals of few points, in those of all others together, that give a warning; with two microphones exchanged a
 /// point fits that then lies so near.
 const ALONE: f64 = 8.0;
 const EXCHANGED: f64 = 2.5;

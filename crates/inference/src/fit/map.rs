@@ -58,6 +58,11 @@ pub struct NoiseEstimate {
     pub few: [f64; 2],
 }
 
+/// Shares of the variance of the floor from which a noise begins again.
+const REGROWN: [f64; 3] = [0.1, 1.0, 0.01];
+/// First radius of a search that is not to step over the best of a noise.
+const SHORT: f64 = 0.1;
+
 impl NoiseEstimate {
     /// The [`few`](Self::few) of a noise of which nothing is unknown.
     pub const KNOWN: [f64; 2] = [1.0, 0.0];
@@ -125,9 +130,43 @@ impl Posterior<'_> {
             if let Some(fit) = self.without(vanished, &fit.working, left, &mut calls)? {
                 return Ok(fit);
             }
+            if let Some(fit) = self.regrown(&fit.working, left, &mut calls)? {
+                return Ok(fit);
+            }
         }
         fit.calls = calls;
         Ok(fit)
+    }
+
+    /// The fit from where noises have run to nothing that are needed: one long step has led from above their
+    /// best to where J is level. They begin again at shares of the floor, from which J still falls to it.
+    fn regrown(
+        &self,
+        level: &[f64],
+        left: impl Fn(Calls) -> TrustRegion + Copy,
+        calls: &mut Calls,
+    ) -> Result<Option<Fit>, InferenceError> {
+        let mut near = level.to_vec();
+        for share in REGROWN {
+            let vanished = self.vanished(&near);
+            if vanished.is_empty() {
+                return Ok(None);
+            }
+            for noise in &vanished {
+                near[noise.coordinate] = noise.grown_to(share);
+            }
+            let search = TrustRegion { first_radius: SHORT, ..left(*calls) };
+            let fit = self.map_from(&near, &search)?;
+            *calls = calls.plus(fit.calls);
+            if fit.stop.converged() {
+                return Ok(Some(Fit { calls: *calls, ..fit }));
+            }
+            if let Some(fit) = self.without(self.vanished(&fit.working), &fit.working, left, calls)? {
+                return Ok(Some(fit));
+            }
+            near = fit.working;
+        }
+        Ok(None)
     }
 
     /// The fit without those of the `small` noises that the floor explains: J does not fall when any of them

@@ -19,12 +19,19 @@ pub(crate) struct Settled {
 
 /// A noise below this share of the measured variance counts as none.
 const NEGLIGIBLE: f64 = 1e-3;
+/// The share of it that adds nothing to rounding.
+const NOTHING: f64 = 1e-16;
 
 impl Settled {
     /// So far below the lowest variance of the floor that C is the floor to rounding, yet d/dt can still be
     /// formed.
     fn at(coordinate: usize, lowest: f64) -> Self {
-        Self { coordinate, ln_sd: 0.5 * (1e-16 * lowest).ln() }
+        Self { coordinate, ln_sd: 0.5 * (NOTHING * lowest).ln() }
+    }
+
+    /// ln of the standard deviation whose variance is such a share of the lowest one of the floor.
+    pub(crate) fn grown_to(&self, share: f64) -> f64 {
+        self.ln_sd + 0.5 * (share / NOTHING).ln()
     }
 }
 

@@ -70,7 +70,7 @@ impl NoiseGroup {
         Self { name: name.into(), unit: unit.into(), mode: NoiseMode::Fixed { sd } }
     }
 
-    /// A standard deviation that is maximised.
+    /// A standard deviation that takes its most probable value.
     pub fn floated(name: impl Into<String>, unit: impl Into<String>) -> Self {
         Self { name: name.into(), unit: unit.into(), mode: NoiseMode::Floated }
     }

@@ -58,7 +58,7 @@ impl ActionKind {
 pub enum Reference {
     /// So many metres upstream of the place; at 0 just in front of it.
     Upstream(f64),
-    /// So many metres downstream; at 0 just behind the place. What acts in between must answer to where it
+    /// So many metres downstream; at 0 just downstream of the place. What acts in between must answer to where it
     /// stands.
     Downstream(f64),
 }
@@ -97,8 +97,8 @@ pub struct FlowDuct {
     pub ratio: f64,
     /// Ratio of specific heats of its gas; that of the gas before if none.
     pub gamma: Option<f64>,
-    /// Whether its area and that of the duct before belong to one smooth wall, so that a wider duct behind
-    /// costs no pressure.
+    /// Whether its area and that of the duct upstream belong to one smooth wall, so that a wider duct
+    /// downstream costs no pressure.
     pub smooth: bool,
     /// What acts at its upstream end. The first duct has nothing before it: there nothing may act.
     pub actions: Vec<Action>,

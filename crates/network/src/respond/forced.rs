@@ -195,7 +195,7 @@ impl Network {
         Ok(&(&p - &wave) / &(&p + &wave))
     }
 
-    /// The transfer matrix from just before place `from` to just behind place `to`.
+    /// The transfer matrix from just upstream of place `from` to just downstream of place `to`.
     ///
     /// # Errors
     /// As [`Network::forced`].

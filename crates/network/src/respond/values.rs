@@ -42,7 +42,7 @@ impl<'a> Values<'a> {
         density * speed
     }
 
-    /// The matrix of (p, u) from just before place `from` to just behind place `to`, by rows.
+    /// The matrix of (p, u) from just upstream of place `from` to just downstream of place `to`, by rows.
     pub(super) fn matrix(&self, range: [usize; 2]) -> [[C64; 2]; 2] {
         let unit = [[C64::ONE, C64::ZERO], [C64::ZERO, C64::ONE]];
         let [[a, c], [b, d]] = self.pass(range, unit, |_, _, _| ());
@@ -91,7 +91,7 @@ impl<'a> Values<'a> {
         here.iter().fold(base, |sum, a| sum + a.weight * self.laws.value(a.law))
     }
 
-    /// Carries (p, u) of two solutions from just before place `from` to just behind place `to`; `visit` sees
+    /// Carries (p, u) of two solutions from just upstream of place `from` to just downstream of place `to`; `visit` sees
     /// them before and behind every place.
     fn pass(
         &self,

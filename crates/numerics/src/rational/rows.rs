@@ -75,7 +75,7 @@ pub fn doubt(rows: &[TableRow]) -> Option<Doubt> {
 }
 
 /// The mean delay of the table of a flame, s, if its phase falls by more than a turn and as by a delay that
-/// no flame has: then it seems to be in degrees. A long duct behind an end has such delays.
+/// no flame has: then it seems to be in degrees. A long duct beyond an end has such delays.
 #[must_use]
 pub fn too_late(rows: &[TableRow]) -> Option<f64> {
     let (first, last) = (rows.first()?, rows.last()?);

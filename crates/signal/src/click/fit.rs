@@ -76,6 +76,7 @@ pub fn picture_click(trace: &Trace<'_>, options: &ClickOptions) -> Result<ClickP
 
 fn fitted(trace: &Trace<'_>, options: &ClickOptions) -> Result<Fitting, Fault> {
     trace.screen(2)?;
+    options.check(trace)?;
     loud_hum(trace, options.mains_hz)?;
     let bursts = Bursts::find(trace, options)?;
     let mut placed = options.clone();

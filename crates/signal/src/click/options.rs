@@ -1,5 +1,6 @@
 //! What the fit of a click may assume, and what it gives.
 
+use crate::{Fault, Trace};
 use rijke_numerics::{C64, Matrix};
 
 /// What the fit may assume.
@@ -44,6 +45,14 @@ pub struct Reflection {
     pub dispersion: Vec<f64>,
 }
 
+impl Reflection {
+    /// Whether all but the lags, of which some may be endless, are finite.
+    fn is_finite(&self) -> bool {
+        [self.strength, self.smoothing, self.tolerance, self.pace_sd].into_iter().all(f64::is_finite)
+            && !self.lags.iter().any(|lag| lag.is_nan())
+    }
+}
+
 impl Default for ClickOptions {
     /// For a tube of 5 cm: 300 Hz to 4 kHz, an impulse that is over within 0.7 ms of its peak.
     fn default() -> Self {
@@ -59,6 +68,33 @@ impl Default for ClickOptions {
 }
 
 impl ClickOptions {
+    /// Refuses options with which no click of `trace` can be fitted.
+    pub(super) fn check(&self, trace: &Trace<'_>) -> Result<(), Fault> {
+        let positive = |v: f64| v.is_finite() && v > 0.0;
+        let finite = |values: &[f64]| values.iter().all(|v| v.is_finite());
+        let one_each = |values: &[f64]| values.is_empty() || values.len() == trace.channels.len();
+        let (low, high) = self.band_hz;
+        let reflection = self.reflection.as_ref();
+        let what = if !positive(trace.rate_hz) {
+            "the sampling rate is no number above zero"
+        } else if !(low.is_finite() && low >= 0.0 && high.is_finite() && low < high) {
+            "the band is not two frequencies, the lower one first"
+        } else if !positive(self.mains_hz) {
+            "the frequency of the mains is no number above zero"
+        } else if !(positive(self.window.0) && positive(self.window.1)) {
+            "the window is not two times above zero, before and after the peak"
+        } else if !(one_each(&self.dispersion) && finite(&self.dispersion)) {
+            "the dispersion is not one number for each channel"
+        } else if reflection.is_some_and(|r| !(one_each(&r.lags) && one_each(&r.dispersion))) {
+            "the lags or the dispersion of the reflection are not one for each channel"
+        } else if reflection.is_some_and(|r| !(finite(&r.dispersion) && r.is_finite())) {
+            "a number of the reflection is not finite"
+        } else {
+            return Ok(());
+        };
+        Err(Fault::Options(what))
+    }
+
     /// Multiplies the lags of the reflection by `pace`.
     pub(super) fn hasten(&mut self, pace: f64) {
         if let Some(reflection) = &mut self.reflection {

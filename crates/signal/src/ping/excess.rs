@@ -8,7 +8,7 @@
 //! a t - b. The growth rate that a fit without x finds is that at small amplitude and a x. An endless record
 //! has a = -4/9 c: an excess of one standard deviation moves the growth rate by 2.8.
 
-use super::slope::{Several, seen};
+use super::slope::{Curve, Several, seen};
 use crate::ringdown::Solution;
 use rijke_numerics::C64;
 use rijke_rig::Ping;
@@ -49,7 +49,7 @@ impl Excess {
             return Self::unknown();
         }
         let (s, wave) = (found.components[0].s, found.wave(rows, step));
-        let Curve { values, slope, spread } = Curve::of(-s.re, rows, step);
+        let Curve { values, slope, spread } = Curve::of(-s.re, -s.re, rows, step);
         let strength: f64 = amplitudes.iter().map(C64::norm_sqr).sum();
         let information = 0.5 * strength * spread;
         let score = seen(left, amplitudes, &wave, |n| values[n]).re;
@@ -65,7 +65,7 @@ impl Excess {
     /// Weights of the rows of a fit in its excess: times xi/b, where the amplitude is b e^{st} + xi e^{i
     /// omega t}.
     pub(crate) fn weights(decay: f64, rows: usize, step: f64) -> Vec<f64> {
-        let Curve { values, spread, .. } = Curve::of(decay, rows, step);
+        let Curve { values, spread, .. } = Curve::of(decay, decay, rows, step);
         let (mut fallen, fall) = (spread.recip(), (-decay * step).exp());
         let weight = |q: f64| {
             let now = q * fallen;
@@ -132,38 +132,6 @@ impl Excess {
     }
 }
 
-/// What is left of e^{-ct} at right angles to 1 and t under e^{-2ct}, the slope that was taken out, and the
-/// sum of its squares.
-struct Curve {
-    values: Vec<f64>,
-    slope: f64,
-    spread: f64,
-}
-
-impl Curve {
-    fn of(decay: f64, rows: usize, step: f64) -> Self {
-        let fall = (-decay * step).exp();
-        let (mut fallen, mut m, mut f) = (1.0, [0.0; 3], [0.0; 2]);
-        for n in 0..rows {
-            let (t, weight) = (n as f64 * step, fallen * fallen);
-            m = [m[0] + weight, m[1] + weight * t, m[2] + weight * t * t];
-            f = [f[0] + weight * fallen, f[1] + weight * fallen * t];
-            fallen *= fall;
-        }
-        let slope = (f[1] * m[0] - f[0] * m[1]) / (m[2] * m[0] - m[1] * m[1]);
-        let level = (f[0] - slope * m[1]) / m[0];
-        let (mut values, mut spread) = (Vec::with_capacity(rows), 0.0);
-        fallen = 1.0;
-        for n in 0..rows {
-            let q = fallen - slope * (n as f64 * step) - level;
-            spread += (q * fallen).powi(2);
-            values.push(q);
-            fallen *= fall;
-        }
-        Self { values, slope, spread }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -173,7 +141,7 @@ mod tests {
         // Over 12 decay times of 1e5 rows: integrals of the polynomials under e^{-2u}.
         let (decay, rows) = (6.0, 120_000);
         let step = 12.0 / (decay * rows as f64);
-        let Curve { values, slope, spread } = Curve::of(decay, rows, step);
+        let Curve { values, slope, spread } = Curve::of(decay, decay, rows, step);
         assert!((slope / decay + 4.0 / 9.0).abs() < 1e-4 && (values[0] - 1.0 / 9.0).abs() < 1e-4);
         // The mean square under the weight is 1/162.
         assert!((spread * step * decay / 0.5 * 162.0 - 1.0).abs() < 1e-3, "{spread}");

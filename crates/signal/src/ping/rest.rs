@@ -2,6 +2,7 @@
 
 use super::ringing::variance_of_difference;
 use super::search::Search;
+use super::slope::{Curve, seen};
 use crate::ringdown::{SETTLING, Solution, White, glance};
 use rijke_numerics::C64;
 
@@ -25,6 +26,11 @@ const ALIKE: f64 = 0.75;
 /// Share of the first fit's covariance that is added to that of a difference: neighbours may be fitted in one
 /// fit alone.
 const SLACK: f64 = 0.05;
+/// Times with which a loudspeaker comes to rest, s, that are looked for.
+const AT_REST: [f64; 2] = [0.001, 0.003];
+/// Square of amplitude over deviation beyond which something dies away so (chance does this to one record in
+/// twenty for each of these times: exp(-3)).
+const DIES: f64 = 6.0;
 
 /// Two fits of one decay that disagree.
 pub(crate) struct Disagreement {
@@ -69,7 +75,8 @@ pub(crate) fn at_rest(
         };
         let later = [rows(LATER[0]), rows(LATER[1]), half];
         let disagrees = |later: &usize| away(*later).is_some_and(|w| w.distance > DISAGREE);
-        if !later.iter().any(disagrees) {
+        let dies = || !search.ringing.is_some() && dying(white.slice(from, to), &found) > DIES;
+        if !later.iter().any(disagrees) && !dies() {
             break;
         }
         let next = from + rows(MOVE);
@@ -89,6 +96,21 @@ pub(crate) fn at_rest(
     let (next, moved) = (from + rows(FURTHER), from > first);
     let later = if moved && next + need <= to { refit(next, &found) } else { None };
     Ok(later.map_or((from, found), |later| (next, later)))
+}
+
+/// What is left at the start of a fit and dies away as a loudspeaker does that comes to rest: the square of
+/// its complex amplitude over the variance of a part of it. It has the shape of the mode.
+fn dying(part: White<'_>, found: &Solution) -> f64 {
+    let (rows, step) = (part.rows(), part.step);
+    let left = found.residuals(part, 0.0);
+    let (decay, amplitudes, wave) = (-found.components[0].s.re, &found.amplitudes[0], found.wave(rows, step));
+    let strength: f64 = amplitudes.iter().map(C64::norm_sqr).sum();
+    let of = |time: f64| {
+        let curve = Curve::of(time.recip(), decay, rows, step);
+        let score = seen(&left, amplitudes, &wave, |n| curve.values[n]);
+        score.norm_sqr() / (0.5 * strength * curve.spread * found.variance())
+    };
+    AT_REST.into_iter().map(of).fold(0.0, f64::max)
 }
 
 /// Difference of two growth rates over its standard deviation. A frequency may drift.

@@ -1,5 +1,5 @@
-//! What a drift of the frequency and an excess of damping have in common: a slope that the residuals of a fit
-//! without it show, and that several decays tell together.
+//! What a drift of the frequency, an excess of damping and a loudspeaker that comes to rest have in common: a
+//! curve that the residuals of a fit without it show, and of which several decays tell together.
 
 use crate::dsp::kernels::Powers;
 use rijke_numerics::C64;
@@ -44,5 +44,38 @@ impl<'a, T> Several<'a, T> {
     /// Mean of a value of theirs, by the inverse of the variances of their slopes.
     pub(super) fn mean(&self, value: fn(&T) -> f64) -> f64 {
         self.all.iter().map(|one| (self.sd)(one).powi(-2) * value(one)).sum::<f64>() / self.total
+    }
+}
+
+/// What is left of e^{-kt} at right angles to 1 and t under e^{-2ct}, as the fit of a decay c leaves it.
+pub(super) struct Curve {
+    pub(super) values: Vec<f64>,
+    /// The slope that was taken out, 1/s.
+    pub(super) slope: f64,
+    /// The sum of the squares of what is left.
+    pub(super) spread: f64,
+}
+
+impl Curve {
+    pub(super) fn of(k: f64, decay: f64, rows: usize, step: f64) -> Self {
+        let (fall, own) = ((-decay * step).exp(), (-k * step).exp());
+        let (mut fallen, mut curve, mut m, mut f) = (1.0, 1.0, [0.0; 3], [0.0; 2]);
+        for n in 0..rows {
+            let (t, weight) = (n as f64 * step, fallen * fallen);
+            m = [m[0] + weight, m[1] + weight * t, m[2] + weight * t * t];
+            f = [f[0] + weight * curve, f[1] + weight * curve * t];
+            (fallen, curve) = (fallen * fall, curve * own);
+        }
+        let slope = (f[1] * m[0] - f[0] * m[1]) / (m[2] * m[0] - m[1] * m[1]);
+        let level = (f[0] - slope * m[1]) / m[0];
+        let (mut values, mut spread) = (Vec::with_capacity(rows), 0.0);
+        (fallen, curve) = (1.0, 1.0);
+        for n in 0..rows {
+            let q = curve - slope * (n as f64 * step) - level;
+            spread += (q * fallen).powi(2);
+            values.push(q);
+            (fallen, curve) = (fallen * fall, curve * own);
+        }
+        Self { values, slope, spread }
     }
 }

@@ -204,3 +204,28 @@ fn oracle_calibration_returns_delays_and_gains_at_both_rates() {
         }
     }
 }
+
+#[test]
+fn behaviour_options_with_which_no_click_can_be_fitted_are_refused() {
+    let clicking = Clicking::tube(300.0);
+    let channels = clicking.record(1, "options");
+    let with = |change: &dyn Fn(&mut ClickOptions)| {
+        let trace =
+            Trace { channels: &channels, rate_hz: clicking.rate_hz, quiet: clicking.quiet, full_scale: 1e9 };
+        let mut options = ClickOptions::default();
+        change(&mut options);
+        fit_click(&trace, &options)
+    };
+    let wrong: [(&str, &dyn Fn(&mut ClickOptions)); 5] = [
+        ("window", &|o| o.window = (-1.0, f64::NAN)),
+        ("band", &|o| o.band_hz = (4000.0, 300.0)),
+        ("mains", &|o| o.mains_hz = 0.0),
+        ("dispersion", &|o| o.dispersion = vec![1e-4]),
+        ("dispersion", &|o| o.dispersion = vec![f64::NAN; 8]),
+    ];
+    for (word, change) in wrong {
+        let fault = with(change).expect_err(word);
+        assert!(matches!(fault, Fault::Options(what) if what.contains(word)), "{word}: {fault}");
+    }
+    assert!(!matches!(with(&|_| ()), Err(Fault::Options(_))));
+}

@@ -9,9 +9,9 @@ use rijke_numerics::median;
 pub struct HeatedFit {
     /// Share of the power that the gas gets, and its standard deviation.
     pub share: [f64; 2],
-    /// Heat transfer to the wall far behind the part, W/(m^2 K), likewise.
+    /// Heat transfer to the wall far downstream of the part, W/(m^2 K), likewise.
     pub cooling: [f64; 2],
-    /// Heat transfer one diameter behind the part over that far behind, likewise; none where it is one
+    /// Heat transfer one diameter downstream of the part over that far downstream, likewise; none where it is one
     /// constant by `cooling_varies = 0`.
     pub near: Option<[f64; 2]>,
     /// The largest of the numbers by which the heat transfer differs from one constant, in standard

@@ -44,7 +44,7 @@ pub(super) struct Varies {
     pub(super) doublings: [f64; 2],
 }
 
-/// Distances over which an excess of heat transfer behind the part is lost, in diameters.
+/// Distances over which an excess of heat transfer downstream of the part is lost, in diameters.
 pub(super) const REACH: [f64; 2] = [2.0, 10.0];
 
 impl Varies {

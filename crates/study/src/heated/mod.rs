@@ -44,7 +44,7 @@ const NEAR: f64 = 5e-3;
 /// No gas of a rig is hotter, K.
 const HOTTEST: f64 = 3000.0;
 
-/// Nodes of the profile behind the part.
+/// Nodes of the profile downstream of the part.
 const NODES: usize = 16;
 
 /// Reads `readings.csv`: columns `point`, `at [m]`, `temperature [K]`, `sd [K]`; with `thermometer`, a

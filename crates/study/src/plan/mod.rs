@@ -95,12 +95,12 @@ pub struct HeatedFlow {
     /// Share of the power that goes into the gas, before the readings: mean and standard deviation.
     #[serde(default = "share")]
     pub share: [f64; 2],
-    /// Coefficient of heat transfer to the wall behind the part, W/(m^2 K), before the readings: mean and
-    /// standard deviation.
+    /// Coefficient of heat transfer to the wall downstream of the part, W/(m^2 K), before the readings: mean
+    /// and standard deviation.
     #[serde(default = "cooling")]
     pub cooling: [f64; 2],
-    /// By how much, relative, the heat transfer may differ from one constant: just behind the part, for twice
-    /// the flow, and for twice the rise of the gas. 0: one constant.
+    /// By how much, relative, the heat transfer may differ from one constant: just downstream of the part, for
+    /// twice the flow, and for twice the rise of the gas. 0: one constant.
     #[serde(default = "cooling_varies")]
     pub cooling_varies: f64,
     /// Standard deviation of what all thermometers read too much, and of what each one does besides, K; as
