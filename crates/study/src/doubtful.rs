@@ -326,6 +326,13 @@ mod tests {
         assert_eq!(said(), Vec::<String>::new());
         write("campaign.csv", "point,row,Q [W]\na,cold,0\nb,hot,50\n");
         assert_eq!(said(), Vec::<String>::new());
+        write("campaign.csv", "point,row,Q [W],T2 [K]\na,cold,0,20\nb,hot,50,180\n");
+        write("rig.toml", &rig("0.05\ntemperature = \"T2\"", "[0.1, 0.5]"));
+        let cold = said();
+        assert!(cold.len() == 1 && cold[0].contains("temperature of `tube` is 20.0 K at a, b"), "{cold:?}");
+        write("campaign.csv", "point,row,Q [W],T2 [degC]\na,cold,0,20\nb,hot,50,180\n");
+        assert_eq!(said(), Vec::<String>::new());
+        write("campaign.csv", "point,row,Q [W]\na,cold,0\nb,hot,50\n");
         write("rig.toml", &rig("44", "[0.1, 0.103]"));
         let sizes = said();
         assert!(sizes.len() == 2 && sizes[0].contains("`p1` and `p2` are 3.0 mm apart"), "{sizes:?}");

@@ -1,5 +1,6 @@
 //! Observed modes: `modes.csv`, or `pings.csv` as signal processing writes it.
 
+mod impossible;
 mod stated;
 
 use crate::rig::Rig;
@@ -127,7 +128,7 @@ pub(crate) fn parse(
         let line = source.line_of(&record);
         let fail = |problem| source.at_line(line, problem);
         let mode = row(&record, &header, &columns, &named, campaign).map_err(fail)?;
-        outside(&mode, rig).map_or(Ok(()), |problem| Err(fail(problem)))?;
+        impossible::problem(&mode, rig).map_or(Ok(()), |problem| Err(fail(problem)))?;
         if modes.iter().any(|(_, m)| m.point == mode.point && m.label == mode.label) {
             let id = campaign.points[mode.point].id.clone();
             let name = if mode.label.is_empty() { id } else { format!("{id}, mode {}", mode.label) };
@@ -139,31 +140,6 @@ pub(crate) fn parse(
         return Err(source.at_line(top, StudyProblem::Empty { what: "mode", need: "add a row" }));
     }
     Ok(modes)
-}
-
-/// What is wrong with a mode that lies outside of the stated search: a growth rate by more than its width,
-/// for a strongly damped mode may be followed from within.
-fn outside(mode: &ObservedMode, rig: &Rig) -> Option<StudyProblem> {
-    let beyond = |k: usize, v: &f64| {
-        let [low, high] = rig.search[k];
-        let allowed = if k == 0 { high - low } else { 0.0 };
-        rig.search_is_stated[k] && !(low - allowed..=high + allowed).contains(v)
-    };
-    if let Some(f) = mode.angular_frequency.map(hertz).filter(|f| beyond(1, f)) {
-        return Some(StudyProblem::Value {
-            key: "frequency".to_owned(),
-            value: format!("{f:.2} Hz"),
-            need: "within frequency_hz of [search] in the rig's file; correct the \
-             number or its unit, or widen the search",
-        });
-    }
-    let growth = mode.growth_rate.filter(|g| beyond(0, g))?;
-    Some(StudyProblem::Value {
-        key: "growth_rate".to_owned(),
-        value: format!("{growth:.2} 1/s"),
-        need: "within or near growth_rate of [search] in the rig's file; correct the \
-         number, its sign or its unit, or widen the search",
-    })
 }
 
 fn column(text: &str, rig: &Rig) -> Result<Column, StudyProblem> {
@@ -350,6 +326,11 @@ fn assemble(
                     let key = format!("{} of {id}", named.get(&Number::Pressure(m, 3)).map_or("", |n| n));
                     let need = "within a turn, from -2 pi to 2 pi rad: write [deg] in the heading if it is in degrees";
                     return Err(StudyProblem::Value { key, value: format!("{argument:.4} rad"), need });
+                }
+                if modulus < 0.0 {
+                    let key = format!("{} of {id}", named.get(&Number::Pressure(m, 2)).map_or("", |n| n));
+                    let need = "zero or more: a reversed microphone has its phase turned by half a turn, and a level in dB is 10^(dB/20)";
+                    return Err(StudyProblem::Value { key, value: modulus.to_string(), need });
                 }
                 polar = true;
                 C64::from_polar(modulus, argument)

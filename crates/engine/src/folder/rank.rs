@@ -7,7 +7,7 @@ use super::study::{of_the_engine, warn_of, warn_of_left_out, warn_of_records};
 use crate::run::{
     Answer, AskedPoint, OpenModel, Run, Trusted, forecast, over_map, stability, verdicts, with_points,
 };
-use crate::told::tell_heat;
+use crate::told::{tell_heat, tell_stage};
 use crate::{EngineError, SavedModel};
 use rijke_numerics::{Classify, Failed, Tell};
 use rijke_study::plan::{MapQuestion, Selection};
@@ -89,7 +89,15 @@ pub fn rank(
     };
     let models = folder.join("models");
     for _ in &plan.stages {
-        let Some(stage) = run.next_stage().map_err(wrong)? else { break };
+        let stage = match run.next_stage() {
+            Ok(Some(stage)) => stage,
+            Ok(None) => break,
+            Err(error) => {
+                // What was found so far often says why.
+                stages.iter().for_each(|stage| tell_stage(stage, tell));
+                return Err(wrong(error));
+            }
+        };
         progress(1);
         let id = &stage.id;
         answers.push(run.overview(id).map_err(wrong)?);

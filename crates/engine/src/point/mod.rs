@@ -6,6 +6,7 @@ mod doubled;
 mod fill;
 mod hear;
 mod model;
+mod nearer;
 mod poles;
 mod probe;
 mod spread;
@@ -31,6 +32,10 @@ use rijke_study::MeanFlow;
 /// the last term taken, so the error itself is smaller by the distance of the guess over that of the modes:
 /// near rounding.
 const EIGENVALUE_TOLERANCE: f64 = 1e-11;
+
+/// Distance of an eigenvalue from where it was sought, over that of modes, from which a nearer one is looked
+/// for where a law has a pole.
+const NEAR: f64 = 0.02;
 
 impl<'a> PointModel<'a> {
     /// Lays out the network. `microphones` are those predicted, in order, the reference among them; none for
@@ -212,7 +217,14 @@ impl<'a> PointModel<'a> {
     ) -> Result<(Box<dyn Coefficients + Sync + 'm>, Root), EngineError> {
         let filled = self.filled(values)?;
         let settings = Newton { tolerance: EIGENVALUE_TOLERANCE, ..Newton::default() };
-        let root = self.chain().solve(&*filled, guess, &settings, work);
+        let mut search = |from: C64| self.chain().solve(&*filled, from, &settings, work);
+        let mut root = search(guess);
+        let apart = root.as_ref().map_or(self.spacing, |root| (root.s - guess).norm());
+        if apart > NEAR * self.spacing
+            && let Some(nearer) = self.behind_a_pole(&*filled, guess, apart.min(self.spacing))
+        {
+            root = search(nearer).or(root);
+        }
         root.map(|root| (filled, root)).map_err(|source| self.no_answer(source))
     }
 

@@ -231,7 +231,7 @@ fn unswitched(folder: &Path, names: &[&str; 6]) {
     for (from, to, part) in [
         ("channels = [0, 1, 2, 3, 4, 5, -1]\n", "", "7"),
         ("segment = 1024", "segment = 65536", "segment"),
-        ("between = [1.0, 1.5]", "between = [0.1, 1.5]", "0 microphones before"),
+        ("between = [1.0, 1.5]", "between = [0.1, 1.5]", "0 microphones upstream"),
     ] {
         assert!(listed.contains(from), "{from}");
         fs::write(&path, listed.replace(from, to)).unwrap();

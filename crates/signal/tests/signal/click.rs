@@ -216,7 +216,8 @@ fn behaviour_options_with_which_no_click_can_be_fitted_are_refused() {
         change(&mut options);
         fit_click(&trace, &options)
     };
-    let wrong: [(&str, &dyn Fn(&mut ClickOptions)); 5] = [
+    type Change<'a> = &'a dyn Fn(&mut ClickOptions);
+    let wrong: [(&str, Change<'_>); 5] = [
         ("window", &|o| o.window = (-1.0, f64::NAN)),
         ("band", &|o| o.band_hz = (4000.0, 300.0)),
         ("mains", &|o| o.mains_hz = 0.0),

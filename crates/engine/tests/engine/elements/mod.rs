@@ -1,5 +1,6 @@
 //! Every element and end of network files in a rig: the same modes.
 
+mod nearest;
 mod refused;
 mod tables;
 

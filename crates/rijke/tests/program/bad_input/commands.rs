@@ -16,7 +16,7 @@ fn ranked(folder: &Path, numbers: Option<&str>) {
     }
 }
 
-pub(super) const CASES: [Case; 35] = [
+pub(super) const CASES: [Case; 37] = [
     case(
         "results that do not exist",
         |d| ranked(d, None),
@@ -55,6 +55,30 @@ pub(super) const CASES: [Case; 35] = [
         },
         "infer flame/n-tau.toml --data flame/modes.csv",
         ["flame/modes.csv, line 5", "`chamber: length` is `-0.4`", "Correct that row, or flame/n-tau.toml"],
+    ),
+    case(
+        "pressure of the reference over another microphone",
+        |d| {
+            crate::copy(&crate::example("quarter-wave"), &d.join("wave"));
+            edit(
+                d,
+                "wave/observations/modes.csv",
+                "p2_re,p2_re_sd,p2_im,p2_im_sd",
+                "p1_re,p1_re_sd,p1_im,p1_im_sd",
+            );
+        },
+        "check wave",
+        ["modes.csv, line 2", "`pressure of p1` is `0.9020 +0.0066i`", "name the microphone over which"],
+    ),
+    case(
+        "modulus below zero",
+        |d| {
+            crate::copy(&crate::example("quarter-wave"), &d.join("wave"));
+            let table = "point,frequency [Hz],frequency_sd [Hz],p2_abs,p2_abs_sd,p2_arg [deg],p2_arg_sd [deg]\ne1-0,104.6,0.04,-3.1,0.1,2,1\n";
+            std::fs::write(d.join("wave/observations/modes.csv"), table).unwrap();
+        },
+        "check wave",
+        ["modes.csv, line 2", "`p2_abs of e1-0` is `-3.1`", "10^(dB/20)"],
     ),
     case(
         "measured mode whose growth rate has no error",

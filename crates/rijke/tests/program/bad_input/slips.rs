@@ -85,7 +85,7 @@ pub(super) const CASES: [Case; 20] = [
         "specimen that ends before it begins",
         |d| manifest(d, &format!("{NOISE}between = [1.0, -1.5]\nsound_speed_sd = 0.005\n")),
         "process data",
-        ["manifest.toml", "[random.transmission]", "the first not behind the second"],
+        ["manifest.toml", "[random.transmission]", "the first not beyond the second"],
     ),
     case(
         "speed of sound that is not known at all",

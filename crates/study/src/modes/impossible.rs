@@ -1,0 +1,50 @@
+//! Modes that cannot be as a row states them.
+
+use super::{ObservedMode, hertz};
+use crate::StudyProblem;
+use crate::rig::Rig;
+
+/// Distance of the reference's pressure from 1 that rounding does not explain.
+const OVER_ITSELF: f64 = 1e-3;
+
+/// What is wrong with a mode, if anything is.
+pub(super) fn problem(mode: &ObservedMode, rig: &Rig) -> Option<StudyProblem> {
+    outside(mode, rig).or_else(|| over_another(mode, rig))
+}
+
+/// What is wrong with a pressure of the reference over itself that is not 1.
+fn over_another(mode: &ObservedMode, rig: &Rig) -> Option<StudyProblem> {
+    let (names, reference) = (&rig.microphones.names, rig.microphones.reference);
+    let (_, p) = mode.pressures.iter().find(|(m, p)| *m == reference && (*p - 1.0).norm() > OVER_ITSELF)?;
+    Some(StudyProblem::Value {
+        key: format!("pressure of {}", names[reference]),
+        value: format!("{:.4} {:+.4}i", p.re, p.im),
+        need: "1, because it is the reference, over which all are given: name the microphone over which this table has them as `reference` \
+             of [microphones] in rig.toml",
+    })
+}
+
+/// What is wrong with a mode that lies outside of the stated search: a growth rate by more than its width,
+/// for a strongly damped mode may be followed from within.
+fn outside(mode: &ObservedMode, rig: &Rig) -> Option<StudyProblem> {
+    let beyond = |k: usize, v: &f64| {
+        let [low, high] = rig.search[k];
+        let allowed = if k == 0 { high - low } else { 0.0 };
+        rig.search_is_stated[k] && !(low - allowed..=high + allowed).contains(v)
+    };
+    if let Some(f) = mode.angular_frequency.map(hertz).filter(|f| beyond(1, f)) {
+        return Some(StudyProblem::Value {
+            key: "frequency".to_owned(),
+            value: format!("{f:.2} Hz"),
+            need: "within frequency_hz of [search] in the rig's file; correct the \
+             number or its unit, or widen the search",
+        });
+    }
+    let growth = mode.growth_rate.filter(|g| beyond(0, g))?;
+    Some(StudyProblem::Value {
+        key: "growth_rate".to_owned(),
+        value: format!("{growth:.2} 1/s"),
+        need: "within or near growth_rate of [search] in the rig's file; correct the \
+         number, its sign or its unit, or widen the search",
+    })
+}
