@@ -128,7 +128,9 @@ pub(crate) fn parse(
         let line = source.line_of(&record);
         let fail = |problem| source.at_line(line, problem);
         let mode = row(&record, &header, &columns, &named, campaign).map_err(fail)?;
-        impossible::problem(&mode, rig).map_or(Ok(()), |problem| Err(fail(problem)))?;
+        let numbers = [mode.growth_rate, mode.angular_frequency.map(hertz)];
+        let problem = impossible::problem(numbers, &mode.pressures, rig);
+        problem.map_or(Ok(()), |problem| Err(fail(problem)))?;
         if modes.iter().any(|(_, m)| m.point == mode.point && m.label == mode.label) {
             let id = campaign.points[mode.point].id.clone();
             let name = if mode.label.is_empty() { id } else { format!("{id}, mode {}", mode.label) };

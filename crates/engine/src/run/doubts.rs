@@ -12,8 +12,8 @@ const NOTHING: f64 = 0.7;
 /// A misfit that is no error of measurement, in measured standard deviations.
 const MANY: f64 = 10.0;
 
-/// Residuals of few points, in those of all others together, that give a warning; smaller ones of two points are
-/// said that would fit if they were exchanged, to so many of the others' residuals.
+/// Residuals of few points, in those of all others together, that give a warning; smaller ones of two points
+/// give one if the points would fit exchanged, to so many of the others' residuals.
 const ALONE: f64 = 6.0;
 const EXCHANGED: [f64; 2] = [4.0, 2.5];
 /// Few points are one of so many, at least one and at most four.

@@ -13,8 +13,8 @@ pub(super) struct Shape<'a> {
     pub(super) heard: Vec<(usize, C64, C64, f64)>,
 }
 
-/// Residuals of few points, in those of all others together, that give a warning; with two microphones exchanged a
-/// point fits that then lies so near.
+/// Residuals of few points, in those of all others together, that give a warning; with two microphones
+/// exchanged a point fits that then lies so near.
 const ALONE: f64 = 8.0;
 const EXCHANGED: f64 = 2.5;
 /// Modes of one label that are compared.

@@ -58,8 +58,8 @@ impl ActionKind {
 pub enum Reference {
     /// So many metres upstream of the place; at 0 just in front of it.
     Upstream(f64),
-    /// So many metres downstream; at 0 just downstream of the place. What acts in between must answer to where it
-    /// stands.
+    /// So many metres downstream; at 0 just downstream of the place. What acts in between must answer to
+    /// where it stands.
     Downstream(f64),
 }
 

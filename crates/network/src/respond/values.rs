@@ -91,8 +91,8 @@ impl<'a> Values<'a> {
         here.iter().fold(base, |sum, a| sum + a.weight * self.laws.value(a.law))
     }
 
-    /// Carries (p, u) of two solutions from just upstream of place `from` to just downstream of place `to`; `visit` sees
-    /// them before and behind every place.
+    /// Carries (p, u) of two solutions from just upstream of place `from` to just downstream of place `to`;
+    /// `visit` sees them upstream and downstream of every place.
     fn pass(
         &self,
         range: [usize; 2],

@@ -11,8 +11,8 @@ pub struct HeatedFit {
     pub share: [f64; 2],
     /// Heat transfer to the wall far downstream of the part, W/(m^2 K), likewise.
     pub cooling: [f64; 2],
-    /// Heat transfer one diameter downstream of the part over that far downstream, likewise; none where it is one
-    /// constant by `cooling_varies = 0`.
+    /// Heat transfer one diameter downstream of the part over that far downstream, likewise; none where it is
+    /// one constant by `cooling_varies = 0`.
     pub near: Option<[f64; 2]>,
     /// The largest of the numbers by which the heat transfer differs from one constant, in standard
     /// deviations of its prior.

@@ -1,21 +1,26 @@
 //! Modes that cannot be as a row states them.
 
-use super::{ObservedMode, hertz};
 use crate::StudyProblem;
 use crate::rig::Rig;
+use rijke_numerics::C64;
 
 /// Distance of the reference's pressure from 1 that rounding does not explain.
 const OVER_ITSELF: f64 = 1e-3;
 
-/// What is wrong with a mode, if anything is.
-pub(super) fn problem(mode: &ObservedMode, rig: &Rig) -> Option<StudyProblem> {
-    outside(mode, rig).or_else(|| over_another(mode, rig))
+/// What is wrong with the growth rate (1/s), the frequency (Hz) and the pressures of a mode, by microphone,
+/// if anything is.
+pub(super) fn problem(
+    [growth_rate, frequency_hz]: [Option<f64>; 2],
+    pressures: &[(usize, C64)],
+    rig: &Rig,
+) -> Option<StudyProblem> {
+    outside(growth_rate, frequency_hz, rig).or_else(|| over_another(pressures, rig))
 }
 
 /// What is wrong with a pressure of the reference over itself that is not 1.
-fn over_another(mode: &ObservedMode, rig: &Rig) -> Option<StudyProblem> {
+fn over_another(pressures: &[(usize, C64)], rig: &Rig) -> Option<StudyProblem> {
     let (names, reference) = (&rig.microphones.names, rig.microphones.reference);
-    let (_, p) = mode.pressures.iter().find(|(m, p)| *m == reference && (*p - 1.0).norm() > OVER_ITSELF)?;
+    let (_, p) = pressures.iter().find(|(m, p)| *m == reference && (*p - 1.0).norm() > OVER_ITSELF)?;
     Some(StudyProblem::Value {
         key: format!("pressure of {}", names[reference]),
         value: format!("{:.4} {:+.4}i", p.re, p.im),
@@ -26,13 +31,13 @@ fn over_another(mode: &ObservedMode, rig: &Rig) -> Option<StudyProblem> {
 
 /// What is wrong with a mode that lies outside of the stated search: a growth rate by more than its width,
 /// for a strongly damped mode may be followed from within.
-fn outside(mode: &ObservedMode, rig: &Rig) -> Option<StudyProblem> {
+fn outside(growth_rate: Option<f64>, frequency_hz: Option<f64>, rig: &Rig) -> Option<StudyProblem> {
     let beyond = |k: usize, v: &f64| {
         let [low, high] = rig.search[k];
         let allowed = if k == 0 { high - low } else { 0.0 };
         rig.search_is_stated[k] && !(low - allowed..=high + allowed).contains(v)
     };
-    if let Some(f) = mode.angular_frequency.map(hertz).filter(|f| beyond(1, f)) {
+    if let Some(f) = frequency_hz.filter(|f| beyond(1, f)) {
         return Some(StudyProblem::Value {
             key: "frequency".to_owned(),
             value: format!("{f:.2} Hz"),
@@ -40,7 +45,7 @@ fn outside(mode: &ObservedMode, rig: &Rig) -> Option<StudyProblem> {
              number or its unit, or widen the search",
         });
     }
-    let growth = mode.growth_rate.filter(|g| beyond(0, g))?;
+    let growth = growth_rate.filter(|g| beyond(0, g))?;
     Some(StudyProblem::Value {
         key: "growth_rate".to_owned(),
         value: format!("{growth:.2} 1/s"),

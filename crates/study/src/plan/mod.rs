@@ -99,8 +99,8 @@ pub struct HeatedFlow {
     /// and standard deviation.
     #[serde(default = "cooling")]
     pub cooling: [f64; 2],
-    /// By how much, relative, the heat transfer may differ from one constant: just downstream of the part, for
-    /// twice the flow, and for twice the rise of the gas. 0: one constant.
+    /// By how much, relative, the heat transfer may differ from one constant: just downstream of the part,
+    /// for twice the flow, and for twice the rise of the gas. 0: one constant.
     #[serde(default = "cooling_varies")]
     pub cooling_varies: f64,
     /// Standard deviation of what all thermometers read too much, and of what each one does besides, K; as
