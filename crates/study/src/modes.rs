@@ -321,18 +321,24 @@ fn assemble(
     let mut polar = false;
     for &m in &microphones {
         let part = |k: usize| get(Number::Pressure(m, k));
+        let key = |k: usize| {
+            let column = named.get(&Number::Pressure(m, k)).map_or("", |name| name);
+            format!("{column} of {id}")
+        };
         let p = match (part(0), part(1), part(2), part(3)) {
             (Some(re), Some(im), None, None) => C64::new(re, im),
             (None, None, Some(modulus), Some(argument)) => {
                 if argument.abs() > TURN {
-                    let key = format!("{} of {id}", named.get(&Number::Pressure(m, 3)).map_or("", |n| n));
                     let need = "within a turn, from -2 pi to 2 pi rad: write [deg] in the heading if it is in degrees";
-                    return Err(StudyProblem::Value { key, value: format!("{argument:.4} rad"), need });
+                    return Err(StudyProblem::Value {
+                        key: key(3),
+                        value: format!("{argument:.4} rad"),
+                        need,
+                    });
                 }
                 if modulus < 0.0 {
-                    let key = format!("{} of {id}", named.get(&Number::Pressure(m, 2)).map_or("", |n| n));
                     let need = "zero or more: a reversed microphone has its phase turned by half a turn, and a level in dB is 10^(dB/20)";
-                    return Err(StudyProblem::Value { key, value: modulus.to_string(), need });
+                    return Err(StudyProblem::Value { key: key(2), value: modulus.to_string(), need });
                 }
                 polar = true;
                 C64::from_polar(modulus, argument)

@@ -37,10 +37,14 @@ pub fn infer_networks(
 ) -> Result<Vec<InferredNetwork>, Failed> {
     // All files are read before the first is trained.
     let read = |file: &PathBuf| {
-        let table = OneTable::read(file, data).or_bad_input().map_err(|failure| match file.is_file() {
-            false => failure.remedy("Name a network file; fixtures/networks holds examples."),
-            true if !data.is_file() => failure.remedy("Name the table of measured modes, a CSV file."),
-            true => failure,
+        let table = OneTable::read(file, data).or_bad_input().map_err(|failure| {
+            if !file.is_file() {
+                failure.remedy("Name a network file; fixtures/networks holds examples.")
+            } else if !data.is_file() {
+                failure.remedy("Name the table of measured modes, a CSV file.")
+            } else {
+                failure
+            }
         })?;
         let (study, observations) = table.study().or_bad_input()?;
         if study.rig.own.parameters.is_empty() {

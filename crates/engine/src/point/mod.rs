@@ -33,8 +33,8 @@ use rijke_study::MeanFlow;
 /// near rounding.
 const EIGENVALUE_TOLERANCE: f64 = 1e-11;
 
-/// Distance of an eigenvalue from where it was sought, over that of modes, from which a nearer one is looked
-/// for where a law has a pole.
+/// Beside poles of laws a nearer eigenvalue is looked for if the one found lies farther from the guess than
+/// this share of the distance between modes.
 const NEAR: f64 = 0.02;
 
 impl<'a> PointModel<'a> {

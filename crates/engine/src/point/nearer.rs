@@ -7,7 +7,7 @@ use super::PointModel;
 use rijke_network::{Coefficients, Region, Workspace};
 use rijke_numerics::C64;
 
-/// Distance of a pole over that of the mode found, up to which it may have led astray.
+/// A pole may have misled the search up to this many times the distance of the mode that was found.
 const WIDER: f64 = 1.5;
 
 impl PointModel<'_> {
@@ -28,7 +28,7 @@ impl PointModel<'_> {
         if !poles.iter().any(|(pole, _)| wide.contains(*pole)) {
             return None;
         }
-        // Within the square counts what is within the circle.
+        // Modes in the corners of the square may lie farther away than the one that was found.
         let modes = self.chain().modes(laws, &around(apart), &mut Workspace::default()).ok()?;
         let distance = |s: &C64| (s - guess).norm();
         let all = modes.modes.iter().map(|m| m.s).filter(|s| distance(s) < apart);
