@@ -62,7 +62,16 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failed> {
     let text = rijke_numerics::read_text(path).or_bad_input().map_err(|failure| {
         failure.at(path).remedy("Name a network file; fixtures/networks holds examples.")
     })?;
-    let driven = read(&text).or_bad_input().map_err(|failure| failure.at(path))?;
+    let driven = read(&text).or_bad_input().map_err(|failure| {
+        let failure = failure.at(path);
+        if !path.with_file_name("study.toml").is_file() {
+            return failure;
+        }
+        failure.remedy(
+            "Name a network file; this one lies beside a study.toml. Of the rig of a study `rijke modes` with --point ID computes the modes, and a stage \
+             with `responses` what it answers when it is driven.",
+        )
+    })?;
     for warning in &driven.warnings {
         ui.note(format!("warning: {}: {warning}", path.display()));
     }

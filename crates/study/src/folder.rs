@@ -78,8 +78,8 @@ impl Study {
     }
 
     /// What is declared and has no effect, each in a sentence with its file: candidates that are part of no
-    /// model because no stage and no question names their role, which may be misspelt; noise of installations
-    /// where no errors are shared; parts on which no law acts where they are; and errors of tables.
+    /// model because no stage and no question names their role, which may be misspelt; noise that counts only
+    /// where errors are shared; parts on which no law acts where they are; and errors of tables.
     #[must_use]
     pub fn unused(&self) -> Vec<String> {
         let (named, unused) = self.plan.unused(&self.catalogue);
@@ -92,14 +92,7 @@ impl Study {
                 crate::source::listed(named.iter().copied())
             )
         };
-        let idle = self.plan.stages.iter().filter(|s| s.noise.installation.is_some() && !s.base_errors);
-        let idle = idle.map(|s| {
-            format!(
-                "study.toml: `noise.installation` of stage `{}` has no effect, because what points of one installation share counts only with \
-                 `base_errors = true`",
-                s.id
-            )
-        });
+        let idle = self.plan.idle_noise(&self.campaign);
         let lawless = self.plan.lawless(&self.rig, &self.campaign, &self.catalogue);
         let tolerated = self.plan.tolerated(&self.catalogue);
         unused.into_iter().map(said).chain(idle).chain(lawless).chain(tolerated).collect()

@@ -138,6 +138,8 @@ pub(crate) fn parse(
         }
         modes.push((line, mode));
     }
+    let problem = impossible::silent(modes.iter().map(|(_, mode)| &mode.pressures[..]), rig);
+    problem.map_or(Ok(()), |problem| Err(source.at_line(top, problem)))?;
     if modes.is_empty() {
         return Err(source.at_line(top, StudyProblem::Empty { what: "mode", need: "add a row" }));
     }

@@ -12,6 +12,7 @@ use rijke_network::flow_chain::FlowChain;
 use rijke_network::{Mode, ModeCurves, Modes, NetworkError, Region};
 use rijke_numerics::{C64, Classify, Failed};
 use rijke_study::Study;
+use rijke_study::plan::Stage;
 use std::f64::consts::PI;
 use std::path::{Path, PathBuf};
 
@@ -145,7 +146,8 @@ impl ModeCase {
         Ok(Self { warnings, devices, ..Self::new(&path, region, chain, remedy) })
     }
 
-    /// A point of a study, by the model of a stage if it was ranked.
+    /// A point of a study, by the model of `stage`; without one, by that of the last stage that was ranked and was
+    /// trained on the point, or is the last of all.
     pub fn point(
         dir: &Path,
         id: &str,
@@ -156,25 +158,32 @@ impl ModeCase {
         of_modes(&study)?;
         let there = dir.join("observations").is_dir();
         let observed = there.then(|| observations(&study)).transpose()?;
-        let last = study.plan.stages.last().map(|s| s.id.as_str()).unwrap_or_default();
-        let name = stage.unwrap_or(last);
-        if study.plan.stage(name).is_none() {
+        if let Some(name) = stage.filter(|name| study.plan.stage(name).is_none()) {
             return Err(no_stage(name, &study.plan, dir));
         }
-        let ranked = dir.join("results/models").join(format!("{name}.json")).is_file();
-        let model: Option<SavedModel> =
-            (ranked || stage.is_some()).then(|| kept(dir, "models", name)).transpose()?;
-        let Some((k, _)) = study.campaign.point(id) else {
+        let Some((k, point)) = study.campaign.point(id) else {
             let some: Vec<&str> = study.campaign.points.iter().take(8).map(|p| p.id.as_str()).collect();
             return Err(Failed::bad_input(format!("there is no operating point called `{id}`"))
                 .at(&dir.join(&study.campaign.file))
                 .remedy(format!("Give one of its names: {} ...", some.join(", "))));
         };
+        let last = study.plan.stages.last().map(|s| s.id.as_str());
+        let of_it = |s: &&Stage| Some(&*s.id) == last || s.points.holds(&study.campaign, point);
+        let ranked = |name: &&str| dir.join("results/models").join(format!("{name}.json")).is_file();
+        // The last one that was ranked; of those before the last of the plan, one that knows the parts of the
+        // point.
+        let found = || study.plan.stages.iter().rev().filter(of_it).map(|s| s.id.as_str()).find(ranked);
+        let name = stage.or_else(found);
+        let model: Option<SavedModel> = name.map(|name| kept(dir, "models", name)).transpose()?;
         let (region, spectrum, devices, temperature) =
             modes_at(&study, observed.as_ref(), model.as_ref(), k, limits)
                 .map_err(|e| of_the_engine(&e, dir))?;
         let by = match &model {
-            Some(model) => model.candidates.values().cloned().collect::<Vec<_>>().join(", "),
+            Some(model) => {
+                let all = model.candidates.values().cloned().collect::<Vec<_>>().join(", ");
+                let earlier = name.filter(|name| Some(*name) != last);
+                earlier.map_or_else(|| all.clone(), |name| format!("{all} (of stage `{name}`)"))
+            }
             None => "the first candidates, at the centre of their priors".to_owned(),
         };
         let [stated, counts] = temperature;

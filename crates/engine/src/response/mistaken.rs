@@ -1,7 +1,9 @@
-//! Data that a model fits far better once a common mistake is undone: another sign of time, or the labels of
-//! two microphones exchanged.
+//! Data that a model fits far better once a common mistake is undone: another sign of time, a sign or a ratio
+//! turned, or the labels of two microphones exchanged.
 
+use super::head::Rest;
 use super::measured::Measured;
+use super::residual::left;
 use super::select::Selected;
 use super::train::Training;
 use rijke_numerics::C64;
@@ -9,26 +11,50 @@ use rijke_study::responses::{ResponseKind, ResponseStage};
 
 /// Nats by which the data must lead without the mistake before it is suspected.
 const LEADS: f64 = 10.0;
+/// Share of the data that a model may leave of them without the mistake, and how much less than with it: a
+/// model that fits neither says nothing.
+const LEFT: f64 = 0.3;
+const LESS: f64 = 0.5;
 /// Most microphones of which every pair is tried.
 const MOST: usize = 8;
 
-/// The mistake without which the data have most evidence, if by far more than `here`, in a sentence. A model
-/// that cannot be fitted without one says nothing of it.
+/// The data without a mistake, ln of the volume that these numbers take for each of the volume of those, and
+/// the mistake in a sentence.
+type Undone = (Vec<Measured>, f64, String);
+
+/// The mistake without which the data have most evidence, if by far more than `here`, and a model then
+/// leaves far less of them than the share `poor`, in a sentence. A model that cannot be fitted without one
+/// says nothing of it.
 pub(super) fn mistaken(
     training: &Training<'_>,
     data: &Selected,
     names: &[String],
-    here: f64,
+    [here, poor]: [f64; 2],
 ) -> Option<String> {
-    let turned: Vec<Measured> = data
-        .measured
-        .iter()
-        .map(|m| Measured { values: m.values.iter().map(C64::conj).collect(), ..m.clone() })
-        .collect();
+    let turned = each(data, |_| true, C64::conj);
     let said = "the complex conjugates of these data have GAIN nats more: rijke takes numbers that vary as exp(i omega t); if these are for \
                 exp(-i omega t), turn the signs of the phases or of the imaginary parts";
-    let mut all = vec![(turned, 0.0, said.to_owned())];
+    let mut all: Vec<Undone> = vec![(turned, 0.0, said.to_owned())];
     let heard = microphones(&data.whats);
+    for m in &heard {
+        let of = |what: &ResponseKind| match what {
+            ResponseKind::Pressure { microphone, .. } => microphone == m,
+            ResponseKind::Transfer { to, from } => (to == m) != (from == m),
+            _ => false,
+        };
+        let said = format!(
+            "with the sign of microphone {} turned these data have GAIN nats more: check its polarity",
+            names[*m]
+        );
+        all.push((each(data, of, |z| -z), 0.0, said));
+    }
+    let reflects = |what: &ResponseKind| matches!(what, ResponseKind::Reflection { .. });
+    if data.whats.iter().any(reflects) {
+        let said = "with the signs of the reflection coefficients turned these data have GAIN nats more: they are of pressure, and an impedance is p over \
+                    rho c u, not its inverse";
+        all.push((each(data, reflects, |z| -z), 0.0, said.to_owned()));
+    }
+    all.extend(inverted(data));
     let pairs = heard.iter().enumerate().flat_map(|(k, a)| heard[k + 1..].iter().map(move |b| [*a, *b]));
     for pair in pairs.filter(|_| heard.len() <= MOST) {
         let [a, b] = pair.map(|m| &names[m]);
@@ -39,12 +65,45 @@ pub(super) fn mistaken(
         all.extend(exchanged(data, pair).map(|(exchanged, ln_scale)| (exchanged, ln_scale, said)));
     }
     let stage = ResponseStage { checked: false, ..training.stage.clone() };
-    let gain = |(measured, ln_scale, said): (Vec<Measured>, f64, String)| {
+    let kernel = stage.misfit.as_ref().map(|m| m.kernel);
+    let gain = |(measured, ln_scale, said): Undone| {
         let other = Training { measured: &measured, stage: &stage, starts: &[], ..*training };
-        Some((other.found().ok()?.evidence.ln_marginal + ln_scale - here, said))
+        let found = other.found().ok()?;
+        let share = left(&measured, found.heard, Rest { noise: &found.fit.noise, kernel }).share;
+        let gain = found.evidence.ln_marginal + ln_scale - here;
+        (gain > LEADS && share < LEFT && share < LESS * poor).then_some((gain, said))
     };
     let (gain, said) = all.into_iter().filter_map(gain).max_by(|a, b| a.0.total_cmp(&b.0))?;
-    (gain > LEADS).then(|| said.replace("GAIN", &format!("{gain:.0}")))
+    Some(said.replace("GAIN", &format!("{gain:.0}")))
+}
+
+/// The data with `change` done to the responses that it is `of`.
+fn each(data: &Selected, of: impl Fn(&ResponseKind) -> bool, change: impl Fn(&C64) -> C64) -> Vec<Measured> {
+    let one = |(m, what): (&Measured, &ResponseKind)| match of(what) {
+        true => Measured { values: m.values.iter().map(&change).collect(), ..m.clone() },
+        false => m.clone(),
+    };
+    data.measured.iter().zip(&data.whats).map(one).collect()
+}
+
+/// The data with transfer functions the other way round; none without any.
+fn inverted(data: &Selected) -> Option<Undone> {
+    let ratio = |what: &ResponseKind| matches!(what, ResponseKind::Transfer { .. });
+    let all = || data.measured.iter().zip(&data.whats).filter(|(_, what)| ratio(what)).map(|(m, _)| m);
+    if all().next().is_none() || all().any(|m| m.values.contains(&C64::ZERO)) {
+        return None;
+    }
+    let mut turned = each(data, ratio, C64::inv);
+    for ((m, what), turned) in data.measured.iter().zip(&data.whats).zip(&mut turned) {
+        if ratio(what) {
+            turned.sd = m.sd.iter().zip(&m.values).map(|(sd, z)| sd / z.norm_sqr()).collect();
+        }
+    }
+    // Both parts of a number.
+    let ln_scale = all().flat_map(|m| &m.values).map(|z| -4.0 * z.norm().ln()).sum();
+    let said = "the inverses of these transfer functions have GAIN nats more: `to` is the microphone above the fraction line, `from` that below; look whether \
+                the two were exchanged";
+    Some((turned, ln_scale, said.to_owned()))
 }
 
 /// The microphones of which responses are pressures.

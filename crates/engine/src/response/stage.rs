@@ -32,6 +32,10 @@ const NOT_NOISE: f64 = 4.0;
 /// Residuals of such a share of the data are no small fault of the model.
 pub(super) const POOR: f64 = 0.1;
 
+/// Residuals of such a share of data that do not state errors as large are told, whether or not neighbouring
+/// ones correlate.
+const UNDESCRIBED: f64 = 0.3;
+
 /// Residuals that are larger than expected by this factor are told, if it is no accident.
 const LARGER: f64 = 1.2;
 
@@ -242,11 +246,15 @@ impl ResponseRun {
         }
         let share = left.share;
         if share > POOR {
-            remarks.extend(mistaken(
-                &training,
-                data,
-                &self.study.rig.microphones.names,
-                evidence.ln_marginal,
+            let names = &self.study.rig.microphones.names;
+            remarks.extend(mistaken(&training, data, names, [evidence.ln_marginal, share]));
+        }
+        let stated = left.beyond_stated.is_some_and(|b| b < BEYOND);
+        if share > UNDESCRIBED && left.neighbours_sds <= NOT_NOISE && !stated {
+            remarks.push(format!(
+                "what this model leaves is {:.0} % of the data, and the noise was chosen to cover it: it does not describe them, unless they are as noisy as \
+                 that",
+                100.0 * share
             ));
         }
         if left.neighbours_sds > NOT_NOISE {
@@ -254,12 +262,14 @@ impl ResponseRun {
                 _ if share > POOR => "this model does not describe these data",
                 // Pressures of unknown sources are trained without a misfit.
                 None if measured.iter().any(|m| m.unknown_sources) => {
-                    "the rig's model or that of the instrument lacks something small, and every further frequency counts it once more: take \
-                     frequencies farther apart (`step_hz`), or give the microphones larger errors ([microphones] of rig.toml)"
+                    "the rig's model or that of the instrument lacks something small, perhaps an error of a temperature (T_amb_sd), a length or a place \
+                     that it takes for exact, and every further frequency counts it once more: state these errors, or give the microphones larger \
+                     ones ([microphones] of rig.toml); frequencies farther apart (`step_hz`) hide the lack, and what it does to the parameters stays"
                 }
                 None => {
-                    "the rig's model or that of the instrument lacks something small, and every further frequency counts it once more: let the \
-                     misfit correlate ([responses.misfit]), or take frequencies farther apart (`step_hz`)"
+                    "the rig's model or that of the instrument lacks something small, perhaps an error of a temperature (T_amb_sd), a length or a place \
+                     that it takes for exact, and every further frequency counts it once more: state these errors, or let the misfit correlate \
+                     ([responses.misfit]); frequencies farther apart (`step_hz`) hide the lack, and what it does to the parameters stays"
                 }
                 Some(_) => "the rig's model or that of the instrument lacks something",
             };

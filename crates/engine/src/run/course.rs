@@ -129,8 +129,8 @@ pub(super) struct Beside {
 /// that they found.
 #[derive(Clone)]
 pub(super) struct StandsOn {
-    /// One list for every maximum that stages of responses leave open, the most probable first, with the ln
-    /// of its probability.
+    /// One list for every maximum that earlier stages leave open, the most probable first, with the ln of its
+    /// probability.
     pub(super) maxima: Arc<Vec<(f64, Arc<Vec<NamedGaussian>>)>>,
     pub(super) points: Arc<Vec<Observed>>,
 }

@@ -1,5 +1,6 @@
 //! What speaks against a model although its evidence may be the best: sentences for people.
 
+use super::days::{Apart, Held, day_apart};
 use crate::Observed;
 use crate::noise::measured_sd;
 use rijke_study::hertz;
@@ -41,10 +42,10 @@ pub(super) fn doubts(
     let mut all = Vec::new();
     for (k, what) in ["growth rates", "frequencies"].into_iter().enumerate() {
         let measured = |o: &Observed| [o.mode.growth_rate, o.mode.angular_frequency][k];
-        let there: Vec<(&Observed, f64, f64)> =
+        let there: Vec<Held<'_>> =
             observed.iter().zip(predicted).filter_map(|(o, p)| Some((o, measured(o)?, p[k]))).collect();
         let n = there.len() as f64;
-        let opposite = |t: &(&Observed, f64, f64)| t.1 > 0.0 && t.2 < 0.0;
+        let opposite = |t: &Held<'_>| t.1 > 0.0 && t.2 < 0.0;
         if k == 0 && there.len() > 1 && there.iter().all(opposite) {
             all.push(
                 "all measured growth rates are positive and all predicted ones negative: the growth rate of a mode that decays is negative; \
@@ -71,7 +72,14 @@ pub(super) fn doubts(
                 shown(scatter)
             ));
         }
-        all.extend(outlying(&there, sd).map(|found| found.said(what, shown)));
+        let day = if k == 1 { day_apart(&there, sd) } else { None };
+        // Not once more as single points.
+        let of_the_day = |found: &Outlying<'_>| {
+            day.as_ref().is_some_and(|day| found.points.iter().all(|t| day.has(&t.0.conditions.id)))
+        };
+        let outlying = outlying(&there, sd).filter(|found| !of_the_day(found));
+        all.extend(outlying.map(|found| found.said(what, shown)));
+        all.extend(day.as_ref().map(Apart::said));
     }
     all.extend(one_mode_twice(observed, predicted));
     if misfit[2] > SHAPES {
@@ -101,9 +109,6 @@ fn one_mode_twice(observed: &[Observed], predicted: &[[f64; 2]]) -> Option<Strin
         here(b).1
     ))
 }
-
-/// An observation, what was measured and what the model says.
-type Held<'a> = (&'a Observed, f64, f64);
 
 /// Points that lie far from a model that fits all others.
 struct Outlying<'a> {
@@ -258,6 +263,22 @@ mod tests {
         let said = doubts(&many, &said_of, [1.0, 1.0, 0.02], [true; 2]);
         assert!(said.len() == 2 && said[0].starts_with("p3, p1 lie -2.05 1/s, 1.95 1/s from"), "{said:?}");
         assert!(said[0].contains("exchanged with each other they fit"), "{said:?}");
+        // Three points of the second day, in air 4 K colder than was read.
+        let of_days = |o: &Observed, k: usize| {
+            let mut conditions = (*o.conditions).clone();
+            conditions.point.day = if k < 3 { "2" } else { "1" }.to_owned();
+            Observed { conditions: Arc::new(conditions), ..o.clone() }
+        };
+        let days: Vec<Observed> = many[..9].iter().enumerate().map(|(k, o)| of_days(o, k)).collect();
+        let mut said_of: Vec<[f64; 2]> = right.iter().chain(&right).take(9).copied().collect();
+        assert!(doubts(&days, &said_of, [0.1, 0.1, 0.02], [true; 2]).is_empty());
+        said_of[..3].iter_mut().for_each(|v| v[1] *= 1.0 + 2.0 / 293.15);
+        let said = doubts(&days, &said_of, [0.1, 0.1, 0.02], [true; 2]);
+        let expected = "the frequencies of day 2 (p0, p1, p2) all lie 0.7 % below the model, ";
+        assert!(
+            said.len() == 1 && said[0].starts_with(expected) && said[0].contains("air 4 K colder"),
+            "{said:?}"
+        );
         let decays: Vec<Observed> = points[1..]
             .iter()
             .map(|o| Observed {

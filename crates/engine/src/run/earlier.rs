@@ -1,7 +1,7 @@
 //! What earlier stages know of a model, trained again where one of its candidates is not the one that they
 //! chose.
 
-use super::course::{Chosen, Run, StandsOn};
+use super::course::{Chosen, Elsewhere, Run, StandsOn};
 use super::maxima::combined;
 use crate::rows::{Choice, Row};
 use crate::{EngineError, NamedGaussian, Observed};
@@ -50,17 +50,33 @@ impl<'a> Earlier<'a> {
         }
         let trained: Vec<Chosen> =
             keys[..trained_before].iter().map(|key| self.trained(key)).collect::<Result<_, _>>()?;
-        let mut known: Vec<NamedGaussian> = trained.iter().map(|c| c.trained.gaussian()).collect();
         let mut points = points.to_vec();
         if !stage.channels {
-            for known in &known {
+            for known in trained.iter().map(|c| c.trained.gaussian()) {
                 points = points.iter().map(|o| known.without_channels(&self.run.rig, o)).collect();
             }
         }
-        known.truncate(stages.len());
-        let ready = StandsOn { maxima: Arc::new(combined(known, &measured)), points: Arc::new(points) };
+        let places = keys.iter().map(|(place, _)| *place);
+        let known = places.zip(&trained).take(stages.len()).map(|(place, c)| self.by_maxima(place, c));
+        let known: Vec<Vec<(f64, NamedGaussian)>> = known.chain(measured).collect();
+        let ready = StandsOn { maxima: Arc::new(combined(&known)), points: Arc::new(points) };
         self.ready.insert(keys, ready.clone());
         Ok(ready)
+    }
+
+    /// What a stage knows by each maximum of its posterior, the most probable first, with its probability.
+    fn by_maxima(&self, place: usize, chosen: &Chosen) -> Vec<(f64, NamedGaussian)> {
+        let stage = &self.run.study.plan.stages[place];
+        let there = |m: &Elsewhere| {
+            let there = Chosen { known: m.known.clone(), ..chosen.clone() };
+            let found =
+                self.run.trained_again(stage, &stage.noise, &there, &chosen.observed, Some(m.at.clone()));
+            Some((m.odds, found.ok()?.gaussian()))
+        };
+        let mut all = vec![(1.0, chosen.trained.gaussian())];
+        all.extend(chosen.maxima.iter().filter_map(there));
+        let sum: f64 = all.iter().map(|(odds, _)| odds).sum();
+        all.into_iter().map(|(odds, found)| (odds / sum, found)).collect()
     }
 
     /// The stage `id` with the candidates of `choice` in the roles that it has.

@@ -104,6 +104,16 @@ pub struct PointCheck {
     pub doubtful: bool,
 }
 
+impl Checks {
+    /// A probability that none of a thousand draws shows, or one.
+    const NEVER: f64 = 2.5e-3;
+
+    /// Residuals that are larger than noise which was stated, not chosen from them, makes them.
+    pub fn beyond_noise(&self) -> impl Iterator<Item = &SumCheck> {
+        self.sums.iter().filter(|s| s.probability.is_some_and(|p| p < Self::NEVER))
+    }
+}
+
 /// Residuals of one kind.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SumCheck {

@@ -20,11 +20,11 @@ type Weighed = (f64, Arc<Vec<NamedGaussian>>);
 /// Trains a model on what is known.
 type Train<'a> = dyn Fn(&Arc<Vec<NamedGaussian>>, Trusted) -> Result<Chosen, EngineError> + Sync + 'a;
 
-/// What stages of modes know, with every combination of the maxima of stages of responses, the most probable
-/// first.
-pub(super) fn combined(known: Vec<NamedGaussian>, measured: &[Vec<(f64, NamedGaussian)>]) -> Vec<Weighed> {
-    let mut all = vec![(0.0, known)];
-    for maxima in measured {
+/// What several stages know, each by its maxima with their probabilities: every combination of these, the
+/// most probable first.
+pub(super) fn combined(stages: &[Vec<(f64, NamedGaussian)>]) -> Vec<Weighed> {
+    let mut all = vec![(0.0, Vec::new())];
+    for maxima in stages {
         let with = |(ln, known): (f64, Vec<NamedGaussian>)| {
             maxima.iter().map(move |(share, found)| {
                 (ln + share.ln(), known.iter().cloned().chain([found.clone()]).collect())
@@ -108,7 +108,7 @@ fn not_told(found: &[(f64, Chosen)], best: usize, shares: &[f64]) -> Option<Stri
         places.take(4).map(|(k, at)| format!("{at}, probability {:.3}", shares[k])).collect();
     (!named.is_empty()).then(|| {
         format!(
-            "the responses leave several maxima open, and the modes do not decide between them: values and standard deviations are those of one of \
+            "earlier stages leave several maxima open, and these data do not decide between them: values and standard deviations are those of one of \
              them, of probability {:.3}; others are at {}",
             shares[best],
             named.join("; ")

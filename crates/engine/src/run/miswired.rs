@@ -2,6 +2,7 @@
 //! data put right.
 
 use super::course::{Chosen, Run};
+use super::signs::LEADS;
 use crate::rows::Row;
 use crate::{EngineError, Observed};
 use rijke_numerics::{C64, Jet, Matrix};
@@ -64,7 +65,7 @@ impl Run {
         let Some((_, wiring)) = best.filter(|(far, _)| *far < NEARER * as_they_are) else { return Ok(None) };
         let gain = self.gain(stage, row, found, &|o| wiring.change(o, reference))?;
         let name = |m: usize| &self.rig.microphones.names[m];
-        Ok(gain.map(|gain| match wiring {
+        Ok(gain.filter(|gain| *gain > LEADS).map(|gain| match wiring {
             Wiring::Exchanged([a, b]) => format!(
                 "with microphones {} and {} exchanged at all points this model gains {gain:.1} nats: check whether their channels, or their places in \
                  rig.toml, were exchanged",

@@ -15,6 +15,7 @@ mod claims;
 mod combined;
 mod compete;
 mod course;
+mod days;
 mod doubts;
 mod earlier;
 mod elsewhere;

@@ -10,12 +10,12 @@ use super::shapes::{Shape, outlying};
 use crate::noise::{Noise, floats, measured_sd};
 use crate::observed::Used;
 use crate::rows::{Choice, Row};
-use crate::{EngineError, Misfit, NamedGaussian, Observed, PointModel, Training, train};
+use crate::{EngineError, Misfit, NamedGaussian, Observed, PointModel, Trained, Training, train};
 use rijke_inference::{AssessOptions, MapOptions, Parameter, TrustRegion};
 use rijke_numerics::{C64, Streams};
 use rijke_rig::ModeRows;
 use rijke_study::Effect;
-use rijke_study::plan::Stage;
+use rijke_study::plan::{NoiseSpec, Stage};
 use std::sync::Arc;
 
 impl Run {
@@ -242,6 +242,22 @@ impl Run {
             beside: None,
             maxima,
         })
+    }
+
+    /// A model trained again at one maximum of what earlier stages know, on `points` and with the noise
+    /// `spec`; searched from `start`, parameters of the model, if it is given.
+    pub(super) fn trained_again(
+        &self,
+        stage: &Stage,
+        spec: &NoiseSpec,
+        chosen: &Chosen,
+        points: &[Observed],
+        start: Option<Vec<f64>>,
+    ) -> Result<Trained, EngineError> {
+        let noise = Noise { law: self.law_of(stage, spec, &chosen.choice())?, ..self.noise(spec)? };
+        let mut training = self.training(stage, noise, chosen.known.to_vec(), Trusted::Laplace);
+        training.search.start = start;
+        train(&chosen.assembly, points, &training)
     }
 
     pub(super) fn training(

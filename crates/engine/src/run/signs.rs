@@ -1,5 +1,5 @@
-//! Whether growth rates have the wrong sign, or pressures the other convention of time: by training again
-//! with the data turned.
+//! Whether the column of growth rates holds another number of the decay, or pressures have the other
+//! convention of time: by training again with the data turned.
 
 use super::course::{Chosen, Run, StandsOn, Trusted};
 use crate::noise::measured_sd;
@@ -8,6 +8,7 @@ use crate::rows::Row;
 use crate::{EngineError, Observed};
 use rijke_numerics::{C64, Matrix};
 use rijke_study::plan::Stage;
+use std::f64::consts::{LN_10, PI, TAU};
 use std::sync::Arc;
 
 /// A misfit of growth rates, in measured standard deviations, that asks for the question.
@@ -16,14 +17,97 @@ const LARGE: f64 = 3.0;
 /// Imaginary parts of pressures, over their moduli, that say nothing of a sign.
 const STANDING: f64 = 1e-3;
 
-/// Nats by which the other sign must lead.
-const LEADS: f64 = 10.0;
+/// Nats by which data that are turned must lead.
+pub(super) const LEADS: f64 = 10.0;
+
+/// Another number of a decay that the column of growth rates may hold.
+struct Reading {
+    /// What the column holds, and what the growth rate is then.
+    column: &'static str,
+    growth_rate: &'static str,
+    /// Its sign.
+    sign: f64,
+    /// Growth rate and its derivative, from the number in the column and the angular frequency (1/s).
+    read: fn(f64, f64) -> [f64; 2],
+}
+
+const READINGS: [Reading; 6] = [
+    Reading { column: "decay rates", growth_rate: "minus the number", sign: 1.0, read: |x, _| [-x, -1.0] },
+    Reading {
+        column: "widths at half power in Hz",
+        growth_rate: "-pi times the number",
+        sign: 1.0,
+        read: |x, _| [-PI * x, -PI],
+    },
+    Reading {
+        column: "half of the widths at half power in Hz",
+        growth_rate: "-2 pi times the number",
+        sign: 1.0,
+        read: |x, _| [-TAU * x, -TAU],
+    },
+    Reading {
+        column: "damping ratios",
+        growth_rate: "minus the number times the angular frequency",
+        sign: 1.0,
+        read: |x, omega| [-x * omega, -omega],
+    },
+    Reading {
+        column: "reverberation times (60 dB) in s",
+        growth_rate: "-3 ln 10 over the number",
+        sign: 1.0,
+        read: |x, _| [-3.0 * LN_10 / x, 3.0 * LN_10 / (x * x)],
+    },
+    Reading {
+        column: "growth rates over 2 pi, in Hz",
+        growth_rate: "2 pi times the number",
+        sign: -1.0,
+        read: |x, _| [TAU * x, TAU],
+    },
+];
+
+impl Reading {
+    /// True if all growth rates have its sign; where that is the usual one, if also a model misses them by
+    /// half of their size.
+    fn may_be(&self, observed: &[Observed], misfit: f64) -> bool {
+        let mut rates = observed.iter().filter_map(|o| o.mode.growth_rate);
+        let size = rms(rates.clone());
+        rates.all(|g| self.sign * g > 0.0) && (self.sign > 0.0 || misfit > 0.5 * size)
+    }
+
+    /// Growth rate by this reading, and its derivative by the number in the column.
+    fn of(&self, o: &Observed) -> Option<[f64; 2]> {
+        let omega = o.mode.angular_frequency.unwrap_or(o.near.im);
+        o.mode.growth_rate.map(|number| (self.read)(number, omega))
+    }
+
+    /// Logarithm of the modulus of that derivative.
+    fn ln_slope(&self, o: &Observed) -> f64 {
+        self.of(o).map_or(0.0, |[_, slope]| slope.abs().ln())
+    }
+
+    /// The observation as it is by this reading.
+    fn turn(&self, o: &mut Observed) {
+        let Some([growth_rate, slope]) = self.of(o) else { return };
+        o.mode.growth_rate = Some(growth_rate);
+        o.near = C64::new(growth_rate, o.near.im);
+        scale(&mut o.mode.covariance, |k| if k == 0 { slope } else { 1.0 });
+    }
+
+    /// What a model gains by it, nats.
+    fn said(&self, gain: f64) -> String {
+        let Self { column, growth_rate, .. } = self;
+        format!(
+            "this model gains {gain:.1} nats if the column of growth rates holds {column}: the growth rate, which is negative where a mode decays, is then \
+             {growth_rate}"
+        )
+    }
+}
 
 impl Run {
-    /// What a model gains with the data turned, each in a sentence: where all growth rates are positive and
-    /// it misses them by far, if they are decay rates; where its imaginary parts of the pressures are nearer
-    /// to those with the other sign, or it explains nothing of the growth rates, if they are complex
-    /// conjugates. Nothing of what gains less than [`LEADS`].
+    /// What a model gains with the data turned, each in a sentence: where it misses the growth rates by far,
+    /// if they are another number of the decay; where its imaginary parts of the pressures are nearer to
+    /// those with the other sign, or it explains nothing of the growth rates, if they are complex conjugates.
+    /// Nothing of what gains less than [`LEADS`].
     ///
     /// # Errors
     /// [`EngineError::Stopped`].
@@ -34,20 +118,12 @@ impl Run {
         found: &Chosen,
     ) -> Result<Vec<String>, EngineError> {
         let rates: Vec<f64> = found.observed.iter().filter_map(|o| o.mode.growth_rate).collect();
-        let grow = rates.len() > 1 && rates.iter().all(|g| *g > 0.0);
         let mut said = Vec::new();
-        if grow
+        if rates.len() > 1
             && found.misfit[0] > LARGE * measured_sd(&found.observed, 0)
-            && let Some(gain) = self.gain(stage, row, found, &|o| {
-                o.mode.growth_rate = o.mode.growth_rate.map(|g| -g);
-                o.near = C64::new(-o.near.re, o.near.im);
-                turn(&mut o.mode.covariance, |k| k == 0);
-            })?
+            && let Some((reading, gain)) = self.read_otherwise(stage, row, found)?
         {
-            said.push(format!(
-                "with the signs of all growth rates turned this model gains {gain:.1} nats: the growth rate of a mode that decays is negative; if the \
-                 column holds decay rates, turn their signs"
-            ));
+            said.push(reading.said(gain));
         }
         // A flexible model takes up phases of the wrong sign, at the cost of the growth rates.
         let pressures = found.observed.iter().flat_map(|o| &o.mode.pressures);
@@ -59,8 +135,10 @@ impl Run {
                 o.mode.pressures.iter_mut().for_each(|(_, p)| *p = p.conj());
                 let n = o.mode.covariance.rows();
                 let first = n - 2 * o.mode.pressures.len();
-                turn(&mut o.mode.covariance, |k| k >= first && (k - first) % 2 == 1);
+                let sign = |k: usize| if k >= first && (k - first) % 2 == 1 { -1.0 } else { 1.0 };
+                scale(&mut o.mode.covariance, sign);
             })?
+            && gain > LEADS
         {
             said.push(format!(
                 "with the complex conjugates of all pressures this model gains {gain:.1} nats: pressures vary as exp(i omega t) here; if they were \
@@ -70,7 +148,26 @@ impl Run {
         Ok(said)
     }
 
-    /// By how much a model gains with the data that `change` makes, nats, where that leads.
+    /// The reading of the column of growth rates with which the model gains most, and its gain, nats.
+    fn read_otherwise(
+        &self,
+        stage: &Stage,
+        row: &Row,
+        found: &Chosen,
+    ) -> Result<Option<(&'static Reading, f64)>, EngineError> {
+        let mut best: Option<(&Reading, f64)> = None;
+        for reading in READINGS.iter().filter(|r| r.may_be(&found.observed, found.misfit[0])) {
+            let Some(gain) = self.gain(stage, row, found, &|o| reading.turn(o))? else { continue };
+            // The density of the numbers in the column, not that of the growth rates made of them.
+            let gain = gain + found.observed.iter().map(|o| reading.ln_slope(o)).sum::<f64>();
+            if gain > best.map_or(LEADS, |(_, most)| most) {
+                best = Some((reading, gain));
+            }
+        }
+        Ok(best)
+    }
+
+    /// By how much a model gains with the data that `change` makes, nats; none where it cannot be trained.
     pub(super) fn gain(
         &self,
         stage: &Stage,
@@ -83,8 +180,7 @@ impl Run {
         points.iter_mut().for_each(change);
         let stands_on = StandsOn::one(found.known.clone(), Arc::new(points));
         let Ok(other) = self.train_row(stage, row, stands_on, Trusted::Laplace) else { return Ok(None) };
-        let gain = other.trained.evidence.ln_marginal - found.trained.evidence.ln_marginal;
-        Ok(Some(gain).filter(|gain| *gain > LEADS))
+        Ok(Some(other.trained.evidence.ln_marginal - found.trained.evidence.ln_marginal))
     }
 
     /// True if the imaginary parts that a model predicts are nearer to the measured ones with the other sign.
@@ -111,9 +207,13 @@ fn spread(all: &[f64]) -> f64 {
     (all.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / n).sqrt()
 }
 
-/// The covariance of numbers of which some have turned their sign.
-fn turn(covariance: &mut Matrix, turned: impl Fn(usize) -> bool) {
+/// Root mean square.
+fn rms(all: impl Iterator<Item = f64> + Clone) -> f64 {
+    (all.clone().map(|v| v * v).sum::<f64>() / all.count().max(1) as f64).sqrt()
+}
+
+/// The covariance of numbers, each multiplied by a factor.
+fn scale(covariance: &mut Matrix, factor: impl Fn(usize) -> f64) {
     let n = covariance.rows();
-    let sign = |i: usize| if turned(i) { -1.0 } else { 1.0 };
-    *covariance = Matrix::from_fn(n, n, |i, j| sign(i) * sign(j) * covariance[(i, j)]);
+    *covariance = Matrix::from_fn(n, n, |i, j| factor(i) * factor(j) * covariance[(i, j)]);
 }

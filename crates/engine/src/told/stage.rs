@@ -1,7 +1,7 @@
 //! What is said of a stage that trained on modes, and of its gas.
 
 use super::doubts::{not_identified, warn_of_prior};
-use crate::run::{Asked, Missing, StageRecord};
+use crate::run::{Asked, Checks, Missing, StageRecord};
 use rijke_numerics::Tell;
 use rijke_numerics::words::{counted, fixed, quantity, rounded, with_sd};
 use rijke_study::HeatedFit;
@@ -61,6 +61,16 @@ pub fn tell_stage(stage: &StageRecord, tell: &dyn Tell) {
         if let Some(missed) = &stage.missed {
             tell.say(format!("      {missed}"));
         }
+        for sum in stage.checks.iter().flat_map(Checks::beyond_noise) {
+            tell.say(format!(
+                "      the {} lie farther from the model than the stated noise allows: chi squared {:.1} of {} numbers (p {}); the evidence and the deviations \
+                 below count on that noise: let it float, or look at the points that the page marks",
+                sum.what,
+                sum.chi_squared,
+                sum.count,
+                sum.probability.map_or(String::new(), |p| format!("< {:.3}", p + 5e-4)),
+            ));
+        }
         for p in &model.parameters {
             let averaged = p.averaged.map_or(String::new(), |[value, sd]| {
                 format!("; {} averaged over what earlier stages leave open", with_sd(value, sd))
@@ -118,10 +128,17 @@ fn still_asked(missing: &Missing, tell: &dyn Tell) {
             (&family.first, family.beyond);
         let (word, gain) = if k == 0 { ("missing", *gain) } else { ("and beyond that", beyond) };
         tell.say(format!(
-            "      {word}: {} = {}: {gain:+.1} nats expected, p = {probability:.3} ({} of {tried} terms cannot be told from it)",
+            "      {word}: {} = {}: {gain:+.1} nats expected, p = {probability:.3} ({})",
             family.first.words(),
             quantity(*value, *sd, unit),
-            family.like.len()
+            match family.like.len() {
+                0 => format!(
+                    "the data tell it from the other {} terms that were tried",
+                    tried.saturating_sub(1)
+                ),
+                1 => format!("the data cannot tell it from one of the {tried} terms that were tried"),
+                like => format!("the data cannot tell it from {like} of the {tried} terms that were tried"),
+            }
         ));
     }
 }

@@ -165,7 +165,7 @@ pub fn minimise(
         }
         if ratio > ACCEPT {
             search.accept(trial, energy);
-        } else if let Some(stop) = search.collapsed("J does not fall along any short step") {
+        } else if let Some(stop) = search.collapsed("none makes the posterior density larger") {
             let drowned = decrement <= ENOUGH.max(STALL * (1.0 + search.energy.value.abs()));
             return Ok(search.end(if drowned { Stop::Converged { decrement } } else { stop }));
         }

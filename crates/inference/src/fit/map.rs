@@ -6,6 +6,7 @@ use super::posterior::Posterior;
 use super::settle::Settled;
 use crate::density::{Calls, Method, Minimum, Objective, Stop, TrustRegion, minimise};
 use crate::error::InferenceError;
+use crate::problem::NoiseMode;
 use rijke_numerics::{Matrix, Order};
 use serde::{Deserialize, Serialize};
 
@@ -132,6 +133,21 @@ impl Posterior<'_> {
             }
             if let Some(fit) = self.regrown(&fit.working, left, &mut calls)? {
                 return Ok(fit);
+            }
+        }
+        let mut raised = fit.working.clone();
+        let inferred = |g: &usize| matches!(self.data().groups()[*g].mode, NoiseMode::Inferred { .. });
+        if self.floating().iter().any(inferred) {
+            let predicted = self.predict(&fit.parameters, Order::Value)?.values;
+            if self.raise_noise(&mut raised, &predicted) {
+                let other = self.map_from(&raised, &left(calls));
+                // The model may fail there; what was found stands.
+                if let Some(other) = other.ok().filter(|other| other.stop.converged()) {
+                    calls = calls.plus(other.calls);
+                    if other.cost < fit.cost || !fit.stop.converged() {
+                        fit = other;
+                    }
+                }
             }
         }
         fit.calls = calls;

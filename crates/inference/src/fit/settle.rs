@@ -22,6 +22,18 @@ const NEGLIGIBLE: f64 = 1e-3;
 /// The share of it that adds nothing to rounding.
 const NOTHING: f64 = 1e-16;
 
+/// Residuals of data over the size of a noise in them: the sum of their squares and that of the measured
+/// variances, the lowest of these, and their number.
+struct Residuals {
+    squares: f64,
+    floor: f64,
+    lowest: f64,
+    count: f64,
+}
+
+/// Squares of residuals over the measured variances that leave something for a noise.
+const BEYOND: f64 = 1.5;
+
 impl Settled {
     /// So far below the lowest variance of the floor that C is the floor to rounding, yet d/dt can still be
     /// formed.
@@ -97,30 +109,52 @@ impl Posterior<'_> {
             if let NoiseMode::Inferred { .. } = self.data().groups()[g].mode {
                 continue;
             }
-            let (mut sum, mut floor, mut lowest) = (0.0, 0.0, f64::INFINITY);
-            let (mut count, mut first) = (0, 0);
-            for observation in self.data().observations() {
-                for (_, s) in observation.noise.iter().filter(|(h, _)| *h == g) {
-                    for i in (0..observation.values.len()).filter(|&i| s[(i, i)] > 0.0) {
-                        let r = predicted[first + i] - observation.values[i];
-                        let known = observation.floor.as_ref().map_or(0.0, |f| f[(i, i)]) / s[(i, i)];
-                        sum += r * r / s[(i, i)];
-                        floor += known;
-                        lowest = lowest.min(known);
-                        count += 1;
-                    }
-                }
-                first += observation.values.len();
-            }
-            if sum > 0.0 {
-                let excess = (sum - floor).max(0.01 * sum) / f64::from(count);
+            let Residuals { squares, floor, lowest, count } = self.residuals_of(g, predicted);
+            if squares > 0.0 {
+                let excess = (squares - floor).max(0.01 * squares) / count;
                 z[self.parameters().len() + k] = 0.5 * excess.ln();
             }
-            if lowest > 0.0 && sum < 2.0 * floor {
+            if lowest > 0.0 && squares < 2.0 * floor {
                 found.push(Settled::at(self.parameters().len() + k, lowest));
             }
         }
         found
+    }
+
+    /// Raises inferred noises that lie far below what the residuals have beyond the floor; whether there are
+    /// any. Below the floor J hardly depends on a noise but for its prior, at whose median a search then ends.
+    pub(crate) fn raise_noise(&self, z: &mut [f64], predicted: &[f64]) -> bool {
+        let (p, mut raised) = (self.parameters().len(), false);
+        for (k, &g) in self.floating().iter().enumerate() {
+            let Residuals { squares, floor, count, .. } = self.residuals_of(g, predicted);
+            let excess = 0.5 * ((squares - floor) / count).ln();
+            let inferred = matches!(self.data().groups()[g].mode, NoiseMode::Inferred { .. });
+            if inferred && squares > BEYOND * floor && z[p + k] < excess - REACH {
+                z[p + k] = excess;
+                raised = true;
+            }
+        }
+        raised
+    }
+
+    /// What a prediction leaves of the data that have a noise.
+    fn residuals_of(&self, group: usize, predicted: &[f64]) -> Residuals {
+        let mut all = Residuals { squares: 0.0, floor: 0.0, lowest: f64::INFINITY, count: 0.0 };
+        let mut first = 0;
+        for observation in self.data().observations() {
+            for (_, s) in observation.noise.iter().filter(|(h, _)| *h == group) {
+                for i in (0..observation.values.len()).filter(|&i| s[(i, i)] > 0.0) {
+                    let r = predicted[first + i] - observation.values[i];
+                    let known = observation.floor.as_ref().map_or(0.0, |f| f[(i, i)]) / s[(i, i)];
+                    all.squares += r * r / s[(i, i)];
+                    all.floor += known;
+                    all.lowest = all.lowest.min(known);
+                    all.count += 1.0;
+                }
+            }
+            first += observation.values.len();
+        }
+        all
     }
 
     /// The floated noises that have become negligible everywhere beside the floor and the other noises.

@@ -1,9 +1,9 @@
 //! Evidence against values known from closed forms and quadrature: `fixtures/reference/evidence.toml`.
 
-use crate::problems::{Linear, normal};
+use crate::problems::{Linear, normal, numbers};
 use approx::assert_abs_diff_eq;
 use rijke_inference::*;
-use rijke_numerics::{Matrix, Order, Streams};
+use rijke_numerics::{Cholesky, Matrix, Order, Streams};
 use std::f64::consts::PI;
 
 fn case(name: &str) -> toml::Table {
@@ -191,4 +191,42 @@ fn oracle_polynomial_ladder() {
         });
     }
     assert_eq!(rank(entries).models[0].entry.name, "degree 2");
+}
+
+/// The prior of a noise may lie far below the measured errors, where J hardly depends on it, and the data
+/// ask for one above them: the larger maximum is found, whatever the median.
+#[test]
+fn oracle_an_inferred_noise_whose_median_lies_far_below_against_quadrature() {
+    let (n, floor) = (12, 0.01);
+    let y = numbers("below", n);
+    let x = Matrix::from_fn(n, 1, |_, _| 1.0);
+    for (median, ln_sd) in [(1e-4, 2.0), (1e-3, 2.0), (1e-2, 1.5), (1.0, 1.0)] {
+        let observation = Observation::new("all", y.clone())
+            .with_independent_noise(0, &(0..n).collect::<Vec<_>>())
+            .with_floor(Matrix::diagonal(&vec![floor; n]));
+        let data =
+            Data::new(vec![observation], vec![NoiseGroup::inferred("noise", "V", median, ln_sd)]).unwrap();
+        let parameters = Parameters::new(vec![normal("a", 0.0, 0.5)]).unwrap();
+        let model = Linear(x.clone());
+        let posterior = Posterior::new(&model, &data, &parameters).unwrap();
+        let fit = posterior.map(&MapOptions::default()).unwrap();
+        assert!(fit.stop.converged() && fit.noise[0].sd > 0.3, "{median}: {:?}", fit.noise);
+        let found = posterior.laplace(&fit).unwrap().evidence.ln_marginal;
+        // The integral over ln sd, by the trapezoidal rule; over a in closed form.
+        let (low, step) = ((1e-8_f64).ln(), 0.01);
+        let ln = |k: usize| {
+            let t = low + step * k as f64;
+            let variance = (2.0 * t).exp() + floor;
+            let all = Matrix::from_fn(n, n, |i, j| 0.25 + if i == j { variance } else { 0.0 });
+            let factor = Cholesky::new(&all).unwrap();
+            let square: f64 = factor.whiten(&y).iter().map(|w| w * w).sum();
+            let tau = std::f64::consts::TAU;
+            let prior = -0.5 * ((t - median.ln()) / ln_sd).powi(2) - ln_sd.ln() - 0.5 * tau.ln();
+            prior - 0.5 * (square + factor.ln_det() + n as f64 * tau.ln())
+        };
+        let all: Vec<f64> = (0..2200).map(ln).collect();
+        let most = all.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let exact = most + (step * all.iter().map(|v| (v - most).exp()).sum::<f64>()).ln();
+        assert!((found - exact).abs() < 0.1, "{median}: {found} for {exact}");
+    }
 }

@@ -146,6 +146,12 @@ fn message_a_damaged_model_is_refused_and_predictions_say_whose_temperature_they
         text.contains("K: that of e") && text.contains(", the nearest point, with the campaign's"),
         "{text}"
     );
+    // Modes of a point whose parts the stage knows, and of one with a gauze.
+    for (point, by) in [("e1-0", "(of stage `tube`)"), ("c120-0", "by the first candidates")] {
+        let output = rijke(&folder, &["modes", "rig", "--point", point]);
+        let text = String::from_utf8(output.stdout).unwrap();
+        assert!(output.status.success() && text.contains(by), "{text}");
+    }
     let path = folder.join("rig/results/models/tube.json");
     let model: serde_json::Value = serde_json::from_str(&fs::read_to_string(&path).unwrap()).unwrap();
     let damages: [fn(&mut serde_json::Value); 4] = [

@@ -139,3 +139,12 @@ fn message_what_is_wrong_is_named_with_a_remedy() {
         assert!(error.contains(message) && error.contains("remedy"), "{error}");
     }
 }
+
+#[test]
+fn message_the_rig_of_a_study_is_no_network_file() {
+    let folder = crate::example("quarter-wave");
+    let output = rijke(&folder, &["response", "rig.toml"]);
+    let error = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{error}");
+    assert!(error.contains("rig.toml") && error.contains("`rijke modes` with --point ID"), "{error}");
+}

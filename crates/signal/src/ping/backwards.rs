@@ -151,7 +151,7 @@ fn continues(stretch: White<'_>, known: &Solution, rows: usize, length: usize) -
     // Amplitudes and growth rate have errors together: hum beside the mode is hardly told from it in a short
     // window.
     let amplitudes = &known.amplitudes[0];
-    let strength: f64 = amplitudes.iter().map(|b| b.norm_sqr()).sum();
+    let strength = known.strength();
     let of_growth = [-0.5 * rows as f64 * stretch.step, 0.0];
     let of_amplitudes = amplitudes.iter().flat_map(|b| [b.re / strength, b.im / strength]);
     let weights: Vec<f64> = of_growth.into_iter().chain(of_amplitudes).collect();

@@ -10,7 +10,6 @@
 
 use super::slope::{Several, seen};
 use crate::ringdown::Solution;
-use rijke_numerics::C64;
 use rijke_rig::Ping;
 
 /// Drift of the angular frequency of a mode during its decay.
@@ -58,8 +57,7 @@ impl Drift {
         let (s, amplitudes, variance) = (found.components[0].s, &found.amplitudes[0], found.variance());
         let rows = left.len() / amplitudes.len().max(1);
         let ([a, c], spread) = curve(-s.re, rows, step);
-        let strength: f64 = amplitudes.iter().map(C64::norm_sqr).sum();
-        let information = 0.125 * strength * spread;
+        let information = 0.125 * found.strength() * spread;
         let weight = |n: usize| {
             let t = n as f64 * step;
             -0.5 * (t * t - a * t - c)

@@ -10,7 +10,6 @@
 
 use super::slope::{Curve, Several, seen};
 use crate::ringdown::Solution;
-use rijke_numerics::C64;
 use rijke_rig::Ping;
 
 /// By how much the damping exceeds that at small amplitude.
@@ -50,8 +49,7 @@ impl Excess {
         }
         let (s, wave) = (found.components[0].s, found.wave(rows, step));
         let Curve { values, slope, spread } = Curve::of(-s.re, -s.re, rows, step);
-        let strength: f64 = amplitudes.iter().map(C64::norm_sqr).sum();
-        let information = 0.5 * strength * spread;
+        let information = 0.5 * found.strength() * spread;
         let score = seen(left, amplitudes, &wave, |n| values[n]).re;
         let sd = (found.variance() / information).sqrt();
         Self { share: score / information, sd, moved: slope }.or_none()

@@ -268,7 +268,7 @@ pub(crate) fn change(
             (best, change) = (sum, n + 1);
         }
     }
-    let strength: f64 = forced.amplitudes[0].iter().map(|a| a.norm_sqr()).sum();
+    let strength = forced.strength();
     let split = (free.components[0].s - forced.components[0].s).norm();
     // The difference of the two models grows as |b| |s - i omega_f| t: its sum of squares reaches 1/16 here.
     let lag = ((0.375 * white.step / (strength * split * split)).cbrt() / white.step).ceil() as usize;

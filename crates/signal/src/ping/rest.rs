@@ -28,8 +28,8 @@ const ALIKE: f64 = 0.75;
 const SLACK: f64 = 0.05;
 /// Times with which a loudspeaker comes to rest, s, that are looked for.
 const AT_REST: [f64; 2] = [0.001, 0.003];
-/// Square of amplitude over deviation beyond which something dies away so (chance does this to one record in
-/// twenty for each of these times: exp(-3)).
+/// Square of the amplitude over the variance of one of its parts beyond which a loudspeaker dies away. By chance,
+/// exp(-DIES/2) = 5 % of the records exceed it, for each of these times.
 const DIES: f64 = 6.0;
 
 /// Two fits of one decay that disagree.
@@ -104,11 +104,10 @@ fn dying(part: White<'_>, found: &Solution) -> f64 {
     let (rows, step) = (part.rows(), part.step);
     let left = found.residuals(part, 0.0);
     let (decay, amplitudes, wave) = (-found.components[0].s.re, &found.amplitudes[0], found.wave(rows, step));
-    let strength: f64 = amplitudes.iter().map(C64::norm_sqr).sum();
     let of = |time: f64| {
         let curve = Curve::of(time.recip(), decay, rows, step);
         let score = seen(&left, amplitudes, &wave, |n| curve.values[n]);
-        score.norm_sqr() / (0.5 * strength * curve.spread * found.variance())
+        score.norm_sqr() / (0.5 * found.strength() * curve.spread * found.variance())
     };
     AT_REST.into_iter().map(of).fold(0.0, f64::max)
 }

@@ -257,10 +257,9 @@ pub(crate) fn variance_of_difference(
         return 0.0;
     }
     let a = (-found.components[0].s.re).max(f64::MIN_POSITIVE);
-    let size: f64 = found.amplitudes[0].iter().map(C64::norm_sqr).sum();
     let (early, late) = (weights(a, rows, 0, step), weights(a, rows, later, step));
     let difference: Vec<f64> = late.iter().zip(&early).map(|(l, e)| l - e).collect();
-    0.5 * ringing.power / size * double_sum(&difference, &difference, (-a * step).exp())
+    0.5 * ringing.power / found.strength() * double_sum(&difference, &difference, (-a * step).exp())
 }
 
 /// Variance of growth rate and frequency, and covariance of (the same less `moved` times a slope, the slope),
@@ -274,10 +273,9 @@ pub(crate) fn covariance(
     (moved, curve): (f64, &[f64]),
 ) -> (f64, Matrix) {
     let a = (-found.components[0].s.re).max(f64::MIN_POSITIVE);
-    let size: f64 = found.amplitudes[0].iter().map(C64::norm_sqr).sum();
     let line = weights(a, rows, 0, step);
     let keep = (-a * step).exp();
-    let scale = 0.5 * power / size;
+    let scale = 0.5 * power / found.strength();
     let start: Vec<f64> = line.iter().zip(curve).map(|(l, c)| l - moved * c).collect();
     let mixed = double_sum(&start, curve, keep);
     let of_curve = [double_sum(&start, &start, keep), mixed, mixed, double_sum(curve, curve, keep)];

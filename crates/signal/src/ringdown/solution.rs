@@ -36,6 +36,11 @@ impl Solution {
         self.residual / self.freedom
     }
 
+    /// Sum over the white channels of the squared moduli of the first component's amplitudes.
+    pub(crate) fn strength(&self) -> f64 {
+        self.amplitudes[0].iter().map(C64::norm_sqr).sum()
+    }
+
     /// How many numbers were fitted: amplitudes and free frequencies.
     pub(crate) fn numbers(&self) -> usize {
         2 * self.components.len() * self.sensitivity.len() + self.free.len()

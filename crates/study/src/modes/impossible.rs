@@ -7,6 +7,9 @@ use rijke_numerics::C64;
 /// Distance of the reference's pressure from 1 that rounding does not explain.
 const OVER_ITSELF: f64 = 1e-3;
 
+/// What loggers and tables write where nothing was measured, but for the sign.
+const FILLERS: [f64; 3] = [999.0, 9999.0, 99999.0];
+
 /// What is wrong with the growth rate (1/s), the frequency (Hz) and the pressures of a mode, by microphone,
 /// if anything is.
 pub(super) fn problem(
@@ -14,7 +17,37 @@ pub(super) fn problem(
     pressures: &[(usize, C64)],
     rig: &Rig,
 ) -> Option<StudyProblem> {
-    outside(growth_rate, frequency_hz, rig).or_else(|| over_another(pressures, rig))
+    filler(growth_rate, pressures, rig)
+        .or_else(|| outside(growth_rate, frequency_hz, rig))
+        .or_else(|| over_another(pressures, rig))
+}
+
+/// What is wrong with a microphone that reads nothing in all rows of a table of two or more.
+pub(super) fn silent<'a>(rows: impl Iterator<Item = &'a [(usize, C64)]>, rig: &Rig) -> Option<StudyProblem> {
+    let mut rows_of = vec![[0, 0]; rig.microphones.names.len()];
+    for (m, p) in rows.flatten() {
+        rows_of[*m][usize::from(*p != C64::ZERO)] += 1;
+    }
+    let m = rows_of.iter().position(|[none, some]| *none > 1 && *some == 0)?;
+    Some(StudyProblem::Value {
+        key: format!("pressure of {}", rig.microphones.names[m]),
+        value: "0 in every row".to_owned(),
+        need: "what was measured: leave the cells of a dead microphone empty",
+    })
+}
+
+/// What is wrong with a number that stands for none.
+fn filler(growth_rate: Option<f64>, pressures: &[(usize, C64)], rig: &Rig) -> Option<StudyProblem> {
+    let stands_for_none = |v: f64| FILLERS.iter().any(|filler| (v.abs() / filler - 1.0).abs() < 1e-12);
+    let pressure = |(m, p): &(usize, C64)| {
+        let part = [p.re, p.im, p.norm()].into_iter().find(|v| stands_for_none(*v))?;
+        Some((format!("pressure of {}", rig.microphones.names[*m]), part))
+    };
+    let growth = growth_rate.filter(|g| *g < 0.0 && stands_for_none(*g));
+    let growth = growth.map(|g| ("growth_rate".to_owned(), g));
+    let (key, value) = growth.or_else(|| pressures.iter().find_map(pressure))?;
+    let need = "what was measured: leave a cell empty where nothing was";
+    Some(StudyProblem::Value { key, value: value.to_string(), need })
 }
 
 /// What is wrong with a pressure of the reference over itself that is not 1.

@@ -1,9 +1,10 @@
-//! What a stage lacks a law for, parts and ends, and errors of tables that none of its noises has.
+//! What a stage lacks a law for, parts and ends; errors that its noise does not have, and noise that does not
+//! count.
 
 use super::{Plan, Stage};
 use crate::law::{Effect, Place};
 use crate::source::listed;
-use crate::{Campaign, Candidate, Catalogue, Rig, StudyProblem, rig::Shape};
+use crate::{Campaign, Candidate, Catalogue, Point, Rig, StudyProblem, rig::Shape};
 use rijke_numerics::words::counted;
 use std::collections::BTreeSet;
 
@@ -57,6 +58,40 @@ impl Plan {
             return Err(StudyProblem::FreeEnd { stage: stage.id.clone(), end: name, remedy });
         }
         Ok(())
+    }
+
+    /// Noise of stages that counts only with `base_errors`, where they do without, each in a sentence.
+    pub(crate) fn idle_noise(&self, campaign: &Campaign) -> Vec<String> {
+        let mut said = Vec::new();
+        let without = || self.stages.iter().filter(|s| !s.base_errors);
+        for stage in without() {
+            let of_law = stage.noise.law.is_some().then_some(("law", "the error of a law"));
+            let shared = stage.noise.installation.is_some();
+            let shared = shared.then_some(("installation", "what points of one installation share"));
+            said.extend(of_law.into_iter().chain(shared).map(|(key, what)| {
+                format!(
+                    "study.toml: `noise.{key}` of stage `{}` has no effect, because {what} counts only with `base_errors = true`",
+                    stage.id
+                )
+            }));
+            if !stage.noise.varying.is_empty() {
+                said.push(format!(
+                    "study.toml: `noise.varying` of stage `{}` is drawn for every mode by itself: with `base_errors = true` all modes of one \
+                     installation share it",
+                    stage.id
+                ));
+            }
+        }
+        let unsure = |p: &Point| p.ambient.is_some_and(|[_, sd]| sd > 0.0);
+        let takes = |s: &&Stage| campaign.points.iter().any(|p| unsure(p) && s.points.holds(campaign, p));
+        let stages: Vec<String> = without().filter(takes).map(|s| format!("`{}`", s.id)).collect();
+        if !stages.is_empty() {
+            said.push(format!(
+                "study.toml: T_amb_sd does not count in stages without `base_errors = true` ({}): they take the temperature of the gas for exact",
+                stages.join(", ")
+            ));
+        }
+        said
     }
 
     /// What acts in the models of a stage: effects of the candidates of its roles, and of the rig itself.

@@ -3,7 +3,7 @@
 
 use super::super::course::{Chosen, Elsewhere, Run};
 use crate::rows::Choice;
-use crate::{EngineError, Misfit, Noise, Observed, Trained, train};
+use crate::{EngineError, Misfit, Observed, Trained};
 use rijke_study::plan::Stage;
 use std::sync::Arc;
 
@@ -109,11 +109,7 @@ impl Run {
         start: Option<Vec<f64>>,
     ) -> Result<Trained, EngineError> {
         let spec = stage.noise_of_predictions.as_ref().unwrap_or(&stage.noise);
-        let choice = chosen.choice();
-        let noise = Noise { law: self.law_of(stage, spec, &choice)?, ..self.noise(spec)? };
-        let mut training = self.training(stage, noise, chosen.known.to_vec(), super::super::Trusted::Laplace);
-        training.search.start = start;
-        train(&chosen.assembly, points, &training)
+        self.trained_again(stage, spec, chosen, points, start)
     }
 
     /// The model that goes on from a stage, trained on `points` with what enters predictions but not the

@@ -5,6 +5,7 @@ use crate::common::folder::Folder;
 use crate::common::tube::{TUBE, speed};
 use rijke_engine::run::{Run, Trusted, forecast};
 use rijke_study::Study;
+use std::f64::consts::{LN_10, PI, TAU};
 
 const POINTS: usize = 4;
 
@@ -13,12 +14,12 @@ fn length(k: usize) -> f64 {
     1.0 - 0.1 * k as f64
 }
 
-/// Tubes whose growth rate (1/s, measured to 0.5) and frequency (Hz) `modes` says, in one stage whose noise
-/// floats.
-fn tubes(name: &str, rig: &str, modes: impl Fn(usize) -> [f64; 2]) -> Folder {
+/// Tubes whose growth rate with its standard deviation (1/s) and frequency (Hz) `modes` says, in one stage
+/// whose noise floats.
+fn tubes(name: &str, rig: &str, modes: impl Fn(usize) -> [f64; 3]) -> Folder {
     let row = |k: usize| {
-        let [growth, hertz] = modes(k);
-        format!("p{k},{growth:.12},0.5,{hertz:.12},0.05\n")
+        let [growth, sd, hertz] = modes(k);
+        format!("p{k},{growth:.12},{sd:.12},{hertz:.12},0.05\n")
     };
     let rows: String = (0..POINTS).map(row).collect();
     let points: String = (0..POINTS).map(|k| format!("p{k},{},20\n", 100.0 * length(k))).collect();
@@ -41,7 +42,7 @@ fn exact_the_probability_of_instability_counts_the_misfit() {
     let c = speed();
     let modes = |k: usize| {
         let off = if k < 2 { 5.0 } else { -5.0 };
-        [c * 0.97_f64.ln() / length(k) + off, 0.5 * c / length(k)]
+        [c * 0.97_f64.ln() / length(k) + off, 0.5, 0.5 * c / length(k)]
     };
     let folder = tubes("misfit-counts", TUBE, modes);
     let study = Study::open(&folder.0).unwrap();
@@ -61,14 +62,28 @@ fn exact_the_probability_of_instability_counts_the_misfit() {
     assert!(rijke_inference::normal_cdf(growth / model) < 0.1 * chance, "{growth} {model}");
 }
 
-/// Decay rates of four lengths that stand in the table as positive numbers.
+/// Decays of four lengths that stand in the table as other numbers than growth rates.
 #[test]
-fn message_decay_rates_that_were_given_as_positive_numbers_are_told_by_training_again() {
+fn message_other_numbers_of_a_decay_than_the_growth_rate_are_told_by_training_again() {
     let c = speed();
     let rig = TUBE.replace("sd = 0.2", "sd = 0.01");
-    let modes = |k: usize| [-c * 0.9_f64.ln() / length(k), 0.5 * c / length(k)];
-    let folder = tubes("decay-rates", &rig, modes);
-    let stages = run(&folder.0).unwrap();
-    let remark = stages[0].models[0].remark.clone().unwrap_or_default();
-    assert!(remark.contains("with the signs of all growth rates turned this model gains"), "{remark}");
+    let growth = |k: usize| c * 0.9_f64.ln() / length(k);
+    let omega = |k: usize| PI * c / length(k);
+    let t60 = |k: usize| -3.0 * LN_10 / growth(k);
+    // The number in the column, and how much it changes with the growth rate.
+    type Column<'a> = (&'a str, &'a dyn Fn(usize) -> f64, &'a dyn Fn(usize) -> f64);
+    let columns: [Column<'_>; 6] = [
+        ("holds decay rates: ", &|k| -growth(k), &|_| 1.0),
+        ("holds widths at half power in Hz: ", &|k| -growth(k) / PI, &|_| 1.0 / PI),
+        ("holds half of the widths at half power in Hz: ", &|k| -growth(k) / TAU, &|_| 1.0 / TAU),
+        ("holds damping ratios: ", &|k| -growth(k) / omega(k), &|k| 1.0 / omega(k)),
+        ("holds reverberation times (60 dB) in s: ", &t60, &|k| -t60(k) / growth(k)),
+        ("holds growth rates over 2 pi, in Hz: ", &|k| growth(k) / TAU, &|_| 1.0 / TAU),
+    ];
+    for (n, (column, number, slope)) in columns.into_iter().enumerate() {
+        let modes = |k: usize| [number(k), 0.5 * slope(k), 0.5 * c / length(k)];
+        let folder = tubes(&format!("other-numbers-{n}"), &rig, modes);
+        let remark = run(&folder.0).unwrap()[0].models[0].remark.clone().unwrap_or_default();
+        assert!(remark.contains(column), "{column}: {remark}");
+    }
 }

@@ -16,7 +16,13 @@ fn ranked(folder: &Path, numbers: Option<&str>) {
     }
 }
 
-pub(super) const CASES: [Case; 37] = [
+/// The quarter-wave tube, whose observed modes are these.
+fn wave(folder: &Path, table: &str) {
+    crate::copy(&crate::example("quarter-wave"), &folder.join("wave"));
+    fs::write(folder.join("wave/observations/modes.csv"), table).unwrap();
+}
+
+pub(super) const CASES: [Case; 39] = [
     case(
         "results that do not exist",
         |d| ranked(d, None),
@@ -73,12 +79,30 @@ pub(super) const CASES: [Case; 37] = [
     case(
         "modulus below zero",
         |d| {
-            crate::copy(&crate::example("quarter-wave"), &d.join("wave"));
-            let table = "point,frequency [Hz],frequency_sd [Hz],p2_abs,p2_abs_sd,p2_arg [deg],p2_arg_sd [deg]\ne1-0,104.6,0.04,-3.1,0.1,2,1\n";
-            std::fs::write(d.join("wave/observations/modes.csv"), table).unwrap();
+            let head = "point,frequency [Hz],frequency_sd [Hz],p2_abs,p2_abs_sd,p2_arg [deg],p2_arg_sd [deg]";
+            wave(d, &format!("{head}\ne1-0,104.6,0.04,-3.1,0.1,2,1\n"));
         },
         "check wave",
         ["modes.csv, line 2", "`p2_abs of e1-0` is `-3.1`", "10^(dB/20)"],
+    ),
+    case(
+        "number that stands for none",
+        |d| wave(d, "point,growth_rate,growth_rate_sd,frequency,frequency_sd\ne1-0,-999,1,104.6,0.04\n"),
+        "check wave",
+        ["modes.csv, line 2", "`growth_rate` is `-999`", "leave a cell empty where nothing was"],
+    ),
+    case(
+        "dead microphone that reads zero",
+        |d| {
+            let head = "point,frequency,frequency_sd,p2_re,p2_re_sd,p2_im,p2_im_sd";
+            wave(d, &format!("{head}\ne1-0,104.6,0.04,0,0.1,0,0.1\ne1-40,104.6,0.04,0,0.1,0,0.1\n"));
+        },
+        "check wave",
+        [
+            "modes.csv, line 1",
+            "`pressure of p2` is `0 in every row`",
+            "leave the cells of a dead microphone empty",
+        ],
     ),
     case(
         "measured mode whose growth rate has no error",
