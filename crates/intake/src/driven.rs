@@ -3,6 +3,7 @@
 
 use crate::made::{Made, head, point_of};
 use crate::switched;
+use rijke_numerics::words::counted;
 use rijke_numerics::{Classify, Failed, Tell};
 use rijke_rig::{Driven, ExcitedRecords, Specimen, SpectraKind};
 use rijke_signal::{
@@ -11,6 +12,9 @@ use rijke_signal::{
 };
 use rijke_study::{DuctAt, Study};
 use serde_json::{Value, json};
+
+/// Share of the power of a microphone below which it is said to hear little of the source.
+const HEARS_LITTLE: f64 = 0.5;
 
 /// Gains of the channels, pressures at the operating points over that at the first microphone, and what
 /// specimens let through.
@@ -40,8 +44,8 @@ pub(crate) fn driven(
     let gains = if driven.straight.is_empty() {
         match driven.stated(n, &records.path).or_bad_input()? {
             Some(stated) => {
-                // Spectra of noise are written without the errors of the gains.
-                if !is_whole && study.rig.microphones.channel_errors().is_none() {
+                // Spectra of two channels are written without the errors of the gains.
+                if !is_whole && n < 3 && study.rig.microphones.channel_errors().is_none() {
                     tell.note("warning: stages do not count the errors of the gains that the manifest states: give `gain_sd` and `delay_sd` in [microphones] of rig.toml too".to_owned());
                 }
                 ChannelGains::Stated(stated)
@@ -75,14 +79,23 @@ pub(crate) fn driven(
         };
         let text = rows_of(&heard.frequency_hz, names, "", cells, &["_re", "_im", "_sd"]);
         files.push((format!("pressures/{point}.csv"), text));
-        if is_whole {
-            let (used, of) = (heard.frequency_hz.len(), heard.frequency_hz.len() + heard.left_out);
-            let middle = heard.median_sd();
-            tell.say(format!(
-                "{point}: {used} of {of} frequencies, relative standard deviation {middle:.1e} (median)"
+        let (used, of) = (heard.frequency_hz.len(), heard.frequency_hz.len() + heard.left_out);
+        let middle = heard.median_sd();
+        tell.say(format!(
+            "{point}: {used} of {of} frequencies, relative standard deviation {middle:.1e} (median)"
+        ));
+        for (name, share) in
+            names.iter().zip(&heard.of_the_source).filter(|(_, share)| **share < HEARS_LITTLE)
+        {
+            tell.note(format!(
+                "warning: {point}: {:.0} % of what {name} hears is the sound that the microphones have in common (median over the frequencies): if it is dead, \
+                 leave it out of rig.toml and `channels`",
+                100.0 * share
             ));
-            points.push(json!({ "point": point, "frequencies": used, "left_out": heard.left_out, "relative_sd": middle }));
         }
+        points.push(
+            json!({ "point": point, "frequencies": used, "left_out": heard.left_out, "relative_sd": middle }),
+        );
         let Some(specimen) = &driven.transmission else { continue };
         let (text, bands) = transmission(&heard, specimen, study, index, records)?;
         files.push((format!("transmission/{point}.csv"), text));
@@ -116,9 +129,8 @@ pub(crate) fn driven(
         kept.push(json!({ "point": point, "bands": bands.iter().map(numbers).collect::<Vec<_>>() }));
     }
     toml += "[response.columns]\n\"f [Hz]\" = \"f\"\n";
-    // The errors of Welch's spectra are those of ratios, which share that of the first microphone: the noise
-    // of a stage stands for them.
-    let ends: &[&str] = if is_whole { &["re", "im", "sd"] } else { &["re", "im"] };
+    // The errors of two channels' spectra are those of their ratio: the noise of a stage stands for them.
+    let ends: &[&str] = if is_whole || n > 2 { &["re", "im", "sd"] } else { &["re", "im"] };
     for name in names {
         ends.iter().for_each(|end| toml += &format!("{name}_{end} = \"{name}_{end}\"\n"));
     }
@@ -136,7 +148,18 @@ struct Records<'a> {
 
 impl Records<'_> {
     fn read(&self, file: &str) -> Result<Vec<Vec<f64>>, Failed> {
-        Ok(self.records.read(file, Some(self.names.len())).or_bad_input()?.channels)
+        let record = self.records.read(file, Some(self.names.len())).or_bad_input()?;
+        let clipped: Vec<String> = (0..self.names.len())
+            .map(|m| (m, record.clipped(m)))
+            .filter(|(_, count)| *count > 0)
+            .map(|(m, count)| format!("{} of {}", counted(count, "sample"), self.names[m]))
+            .collect();
+        if clipped.is_empty() {
+            return Ok(record.channels);
+        }
+        Err(Failed::bad_input(format!("{file}: clipped, {} at full scale", clipped.join(", ")))
+            .at(&self.records.path)
+            .remedy("Record it again with less gain, or take it out of the manifest."))
     }
 
     /// A fault of records as a failure.
@@ -145,13 +168,17 @@ impl Records<'_> {
         let microphones = microphones.map(|(number, name)| Channel::Microphone { number, name: name.into() });
         let fault = fault.called(&microphones.collect::<Vec<_>>());
         let listed = files.join(", ");
+        if let Fault::DeadChannel { channel, span, median } = &fault {
+            let what = format!(
+                "{listed}: {channel} is missing: its samples span {span:.1e}, the median of the channels {median:.1e}"
+            );
+            let name = &self.names[channel.number()];
+            let remedy = format!(
+                "Look after its microphone and cable and record again, or leave {name} out of rig.toml and `channels`."
+            );
+            return Failed::bad_input(what).at(&self.records.path).remedy(remedy);
+        }
         let remedy = match (&fault, self.driven.spectra) {
-            (Fault::DeadChannel { channel, .. }, _) => {
-                format!(
-                    "Leave microphone {} out of the rig, or record {listed} again.",
-                    self.names[channel.number()]
-                )
-            }
             (_, SpectraKind::Segments { .. }) => format!("Look at {listed}, or shorten `segment`."),
             _ => format!("Look at {listed}, or change `band_hz`, `resolution_hz` or `period`."),
         };
@@ -160,6 +187,19 @@ impl Records<'_> {
 
     fn swept(&self, files: &[String], resolution_hz: f64, period: Option<usize>) -> Result<Swept, Failed> {
         let all = files.iter().map(|file| self.read(file)).collect::<Result<Vec<_>, _>>()?;
+        let length = |record: &Vec<Vec<f64>>| record.first().map_or(0, Vec::len);
+        if let Some(k) = all.iter().position(|record| length(record) != length(&all[0])) {
+            let what = format!(
+                "{} has {} samples and {} has {}: all records of one point are repeats of one sound",
+                files[k],
+                length(&all[k]),
+                files[0],
+                length(&all[0])
+            );
+            return Err(Failed::bad_input(what)
+                .at(&self.records.path)
+                .remedy("Cut all files to one length, from the same moment of the sound on."));
+        }
         let options = SweptOptions { band_hz: self.records.band_hz, resolution_hz, period };
         Swept::new(&all, self.records.rate_hz, &options).map_err(|fault| self.fault(files, fault))
     }

@@ -76,6 +76,14 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failed> {
         ui.note(format!("warning: {}: {warning}", path.display()));
     }
     let frequencies = frequencies(args, driven.region.omega[1] / (2.0 * PI))?;
+    let highest = frequencies.iter().copied().fold(0.0, f64::max);
+    if highest > driven.plane_below_hz {
+        ui.note(format!(
+            "warning: {}: from {:.0} Hz on a higher mode is cut on in its widest duct, and the sound is not in plane waves alone",
+            path.display(),
+            driven.plane_below_hz
+        ));
+    }
     let mut columns: Vec<(String, Vec<C64>)> = Vec::new();
     for quantity in wanted(args) {
         columns.extend(driven.driven(&quantity, &frequencies).map_err(|error| {

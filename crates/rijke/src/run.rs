@@ -13,8 +13,8 @@ use std::path::{Path, PathBuf};
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  rijke run examples/quarter-wave\n\n\
     DIR holds rig.toml, campaign.csv or campaign.toml, candidates/*.toml and study.toml, and observations/ or records/. Writes\n\
-    DIR/results with its page index.html. Steps that were finished before are kept, so an interrupted run goes on\n\
-    where it was.")]
+    DIR/results with its page index.html. An interrupted run goes on where it was; one that has its page is refused\n\
+    without --force.")]
 pub(crate) struct Args {
     /// Folder of the study.
     dir: PathBuf,

@@ -133,7 +133,11 @@ pub(crate) fn parse(
         problem.map_or(Ok(()), |problem| Err(fail(problem)))?;
         if modes.iter().any(|(_, m)| m.point == mode.point && m.label == mode.label) {
             let id = campaign.points[mode.point].id.clone();
-            let name = if mode.label.is_empty() { id } else { format!("{id}, mode {}", mode.label) };
+            if mode.label.is_empty() {
+                let need = "several rows of one point are several modes, each with its label, such as 1 and 2";
+                return Err(fail(StudyProblem::Missing { key: format!("mode of {id}"), need }));
+            }
+            let name = format!("{id}, mode {}", mode.label);
             return Err(fail(StudyProblem::Duplicate { what: "row (operating point and mode)", name }));
         }
         modes.push((line, mode));

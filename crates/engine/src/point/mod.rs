@@ -183,7 +183,7 @@ impl<'a> PointModel<'a> {
     }
 
     /// As [`PointModel::respond`], of the mode near `guess`.
-    fn respond_near(
+    pub(crate) fn respond_near(
         &self,
         values: &[f64],
         guess: C64,

@@ -216,9 +216,14 @@ fn information(
     let microphones: Vec<usize> = (0..assembly.rig.microphones.at.len()).collect();
     let one = |c: &Conditions| -> Result<Option<Matrix>, EngineError> {
         let model = PointModel::new(assembly, c, &microphones)?;
-        let Ok(found) = model.respond(&centre, Order::First, &mut Workspace::default()) else {
-            return Ok(None);
-        };
+        let work = &mut Workspace::default();
+        let found = model.respond(&centre, Order::First, work).or_else(|lost| {
+            // Newton's method may begin where nothing changes with s: the lowest of all modes instead.
+            let all = model.spectrum(&centre, [None, None])?.1.modes.modes;
+            let Some(first) = all.first() else { return Err(lost) };
+            model.respond_near(&centre, first.s, Order::First, work)
+        });
+        let Ok(found) = found else { return Ok(None) };
         let slopes: Vec<Vec<f64>> = (0..n).map(|k| model.slope(&found, k)).collect();
         let rows = slopes.first().map_or(0, Vec::len);
         Ok(Some(Matrix::from_fn(n, n, |i, j| {

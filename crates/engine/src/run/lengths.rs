@@ -109,7 +109,7 @@ impl Run {
 
     /// What a model with its most probable parameters, moved by `step` times `drift`, predicts of every datum
     /// in the rig of `study`.
-    fn predicted(
+    pub(super) fn predicted(
         &self,
         study: &Study,
         stage: &Stage,

@@ -24,6 +24,7 @@ mod followed;
 mod foresight;
 mod found;
 mod frame;
+mod handed;
 mod inputs;
 mod lengths;
 mod matching;

@@ -119,6 +119,7 @@ impl Run {
         doubts.extend(outlying(&shapes, microphones.reference, &microphones.names));
         // Not in the first pass of a course whose evidence is checked further.
         if trusted != Trusted::Laplace || self.trusted == Trusted::Laplace {
+            doubts.extend(self.bent(stage, &found));
             doubts.extend(self.turned(stage, row, &found)?);
             doubts.extend(self.miswired(stage, row, &found)?);
         }

@@ -25,6 +25,12 @@ impl Linearised {
         }
     }
 
+    /// The square of a change of the data in standard deviations of their noise as fitted, d' C^-1 d.
+    #[must_use]
+    pub fn size_of(&self, change: &[f64]) -> f64 {
+        dot(change, &self.weighed(change))
+    }
+
     /// The change of ln evidence in [`Linearised::moved`] with floating noise chosen again, nats: larger
     /// residuals make it larger, which costs less than they do under noise as fitted.
     #[must_use]

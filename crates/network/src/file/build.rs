@@ -35,6 +35,9 @@ pub struct Built {
     pub actors: Vec<String>,
     /// Whether nothing in it can feed energy to a mode.
     pub passive: bool,
+    /// The frequency from which on a higher mode is cut on in its widest duct, in the gas of the file, Hz: above,
+    /// the sound is not in plane waves alone.
+    pub plane_below_hz: f64,
     /// The tables as they were fitted, in the order in which they were met.
     pub(super) tables: Vec<Table>,
     /// What is doubtful but possible.
@@ -60,6 +63,8 @@ pub(super) fn build(text: &str, file: &File, redraw: Option<Redraw<'_>>) -> Resu
     }
     let region = region(text, file)?;
     let (placed, length) = place(text, &file.element)?;
+    let sizes = Sizes::of(gas, &region);
+    let plane_below_hz = sizes.plane_below_hz(&placed);
     let mut assembly = Assembly {
         gas,
         segments: Vec::new(),
@@ -75,7 +80,7 @@ pub(super) fn build(text: &str, file: &File, redraw: Option<Redraw<'_>>) -> Resu
         tables: Vec::new(),
         redraw,
         passive: true,
-        warnings: Sizes::of(gas, &region).doubtful(&head, gas, &placed),
+        warnings: sizes.doubtful(&head, gas, &placed),
     };
     let spread = |p: &Placed| match &p.element {
         Element::Flame(flame) => Spread::of(&p.item, flame, p.x, length),
@@ -171,6 +176,7 @@ pub(super) fn build(text: &str, file: &File, redraw: Option<Redraw<'_>>) -> Resu
         places: assembly.places,
         actors,
         passive: assembly.passive,
+        plane_below_hz,
         tables,
         warnings: assembly.warnings,
     })

@@ -131,17 +131,21 @@ impl Sizes {
 
     /// The widest duct, if its first higher mode is cut on below the highest frequency of the search.
     fn cut_on(&self, placed: &[Placed]) -> Option<Warning> {
-        let diameter = |p: &Placed| match &p.element {
-            Element::Duct(duct) => duct.diameter,
-            _ => None,
-        };
-        let widths = placed.iter().filter_map(|p| Some((&p.item, diameter(p)?)));
-        let (item, widest) = widths.max_by(|a, b| a.1.total_cmp(&b.1))?;
-        let cut_on = CUT_ON * self.wavelength * self.highest / (PI * widest);
+        let (item, widest) = widest(placed)?;
+        let cut_on = self.cut_on_hz(widest);
         let why = || format!("so wide that a higher mode is cut on at {cut_on:.0} Hz");
         let remedy = || format!("search below {cut_on:.0} Hz: above, the sound is not in plane waves alone");
         let beyond = cut_on < self.highest && widest <= self.wavelength.max(WIDE);
         beyond.then(|| size(item, "diameter", widest, "m", why(), remedy()))
+    }
+
+    /// The frequency from which on a higher mode is cut on in the widest duct, Hz; infinite without a duct.
+    pub(super) fn plane_below_hz(&self, placed: &[Placed]) -> f64 {
+        widest(placed).map_or(f64::INFINITY, |(_, widest)| self.cut_on_hz(widest))
+    }
+
+    fn cut_on_hz(&self, diameter: f64) -> f64 {
+        CUT_ON * self.wavelength * self.highest / (PI * diameter)
     }
 
     /// A duct in which sound is in no plane waves.
@@ -155,6 +159,16 @@ impl Sizes {
         let why = || "so cold that most gases are none".to_owned();
         (self.freezes && value < COLDEST).then(|| size(item, "temperature", value, "K", why(), remedy()))
     }
+}
+
+/// The widest duct and its diameter, m.
+fn widest(placed: &[Placed]) -> Option<(&Item, f64)> {
+    let diameter = |p: &Placed| match &p.element {
+        Element::Duct(duct) => duct.diameter,
+        _ => None,
+    };
+    let widths = placed.iter().filter_map(|p| Some((&p.item, diameter(p)?)));
+    widths.max_by(|a, b| a.1.total_cmp(&b.1))
 }
 
 fn millimetres(item: &Item, key: &'static str, value: f64, why: String) -> Warning {

@@ -3,6 +3,7 @@
 
 mod compared;
 mod doubts;
+mod one_source;
 mod pressures;
 mod spectra;
 mod swept;

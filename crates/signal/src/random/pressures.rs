@@ -1,11 +1,13 @@
 //! Pressures at microphones over that at the first, with the gains of the channels undone.
 
+use super::one_source::OneSource;
 use super::spectra::Spectra;
 use super::swept::Swept;
 use super::switched::SwitchedGains;
 use rijke_numerics::C64;
 use rijke_rig::StatedChannels;
 use std::f64::consts::TAU;
+use std::iter;
 
 /// Gains of the channels.
 #[derive(Clone, Debug, PartialEq)]
@@ -30,6 +32,9 @@ pub struct RelativePressures {
     pub relative_sd: Vec<Vec<f64>>,
     /// Frequencies that were left out, because their coherence was too small.
     pub left_out: usize,
+    /// The share of the power of each microphone that is the sound which all have in common, median over the
+    /// frequencies; 1 of two microphones, which do not tell it.
+    pub of_the_source: Vec<f64>,
 }
 
 /// Why sweeps give no pressures.
@@ -63,20 +68,20 @@ impl ChannelGains {
 }
 
 impl RelativePressures {
-    /// Of random noise: transfer functions from the first of `microphones` channels.
+    /// Of random noise at `microphones` channels: of three or more as one source makes them (factor analysis
+    /// with one factor), of two by the root of the ratio of their spectra.
     #[must_use]
     pub fn of_noise(found: Spectra, microphones: usize, gains: &ChannelGains) -> Self {
-        let transfers: Vec<_> = (0..microphones).map(|c| found.transfer(0, c)).collect();
-        let row = |(k, f): (usize, &f64)| {
-            let of = |c: usize| {
-                let (gain, gain_sd) = gains.at(c, k, *f);
-                let own = if c == 0 { 0.0 } else { transfers[c][k].relative_sd };
-                (transfers[c][k].even() / gain, own.hypot(gain_sd))
-            };
-            (0..microphones).map(of).unzip::<_, _, Vec<C64>, Vec<f64>>()
+        let heard =
+            if microphones > 2 { OneSource::of(&found, microphones) } else { of_two(&found, microphones) };
+        let row = |(k, (heard, sds)): (usize, (&Vec<C64>, &Vec<f64>))| {
+            let own = heard.iter().copied().zip(sds.iter().copied());
+            over_the_first(own, gains, (k, found.frequency_hz[k]))
         };
-        let (pressures, relative_sd) = found.frequency_hz.iter().enumerate().map(row).unzip();
-        Self { frequency_hz: found.frequency_hz, pressures, relative_sd, left_out: 0 }
+        let all = heard.pressures.iter().zip(&heard.relative_sd).enumerate();
+        let (pressures, relative_sd) = all.map(row).unzip();
+        let of_the_source = shares(&found, microphones, 0..found.frequency_hz.len());
+        Self { frequency_hz: found.frequency_hz, pressures, relative_sd, left_out: 0, of_the_source }
     }
 
     /// Of sweeps and periodic sounds, at the frequencies whose coherence is at least `coherence`.
@@ -96,16 +101,15 @@ impl RelativePressures {
         }
         let row = |&k: &usize| {
             let field = &found.fields[k];
-            let first = field.pressures[0] / gains.at(0, k, all[k]).0;
-            let of = |(c, p): (usize, &C64)| {
-                let (gain, gain_sd) = gains.at(c, k, all[k]);
-                (p / gain / first, (field.sd / p.norm()).hypot(gain_sd))
-            };
-            field.pressures.iter().enumerate().map(of).unzip::<_, _, Vec<C64>, Vec<f64>>()
+            let own = field.pressures.iter().map(|p| (*p, field.sd / p.norm()));
+            over_the_first(own, gains, (k, all[k]))
         };
         let (pressures, relative_sd) = used.iter().map(row).unzip();
         let left_out = all.len() - used.len();
-        Ok(Self { frequency_hz: used.iter().map(|&k| all[k]).collect(), pressures, relative_sd, left_out })
+        let frequency_hz = used.iter().map(|&k| all[k]).collect();
+        let microphones = found.fields.first().map_or(0, |field| field.pressures.len());
+        let of_the_source = shares(&found.spectra, microphones, used.into_iter());
+        Ok(Self { frequency_hz, pressures, relative_sd, left_out, of_the_source })
     }
 
     /// The median of all relative standard deviations.
@@ -114,6 +118,53 @@ impl RelativePressures {
         let mut sds: Vec<f64> = self.relative_sd.iter().flatten().copied().collect();
         sds.sort_by(f64::total_cmp);
         sds.get(sds.len() / 2).copied().unwrap_or(f64::NAN)
+    }
+}
+
+/// [`RelativePressures::of_the_source`], at the frequencies `used`.
+fn shares(found: &Spectra, microphones: usize, used: impl Iterator<Item = usize>) -> Vec<f64> {
+    if microphones < 3 {
+        return vec![1.0; microphones];
+    }
+    let of_all = OneSource::of(found, microphones);
+    let used: Vec<usize> = used.collect();
+    let median = |c: usize| {
+        let share =
+            |k: &usize| of_all.pressures[*k][c].norm_sqr() / found.cross[*k][c][c].re.max(f64::MIN_POSITIVE);
+        let mut all: Vec<f64> = used.iter().map(share).collect();
+        all.sort_by(f64::total_cmp);
+        all.get(all.len() / 2).copied().unwrap_or(1.0)
+    };
+    (0..microphones).map(median).collect()
+}
+
+/// Pressures over the first one, with the gains undone, and their standard deviations; of pressures with
+/// their own, at the frequency `hz`, the `k`-th.
+fn over_the_first(
+    heard: impl Iterator<Item = (C64, f64)>,
+    gains: &ChannelGains,
+    (k, hz): (usize, f64),
+) -> (Vec<C64>, Vec<f64>) {
+    let undone = heard.enumerate().map(|(c, (p, sd))| {
+        let (gain, gain_sd) = gains.at(c, k, hz);
+        (p / gain, sd.hypot(gain_sd))
+    });
+    let (all, sds): (Vec<C64>, Vec<f64>) = undone.unzip();
+    let first = all.first().copied().unwrap_or(C64::ONE);
+    (all.into_iter().map(|p| p / first).collect(), sds)
+}
+
+/// Of one or two channels, whose noise is taken for alike.
+fn of_two(found: &Spectra, microphones: usize) -> OneSource {
+    let all: Vec<_> = (1..microphones).map(|c| found.transfer(0, c)).collect();
+    let over = |k: usize| all.iter().map(move |transfer| transfer[k]);
+    let each = 0..found.frequency_hz.len();
+    OneSource {
+        pressures: each
+            .clone()
+            .map(|k| iter::once(C64::ONE).chain(over(k).map(|h| h.even())).collect())
+            .collect(),
+        relative_sd: each.map(|k| iter::once(0.0).chain(over(k).map(|h| h.relative_sd)).collect()).collect(),
     }
 }
 

@@ -222,6 +222,7 @@ fn exact_a_mass_lets_through_what_it_must() {
         relative_sd: vec![vec![0.0; 6]; 4],
         frequency_hz,
         left_out: 0,
+        of_the_source: vec![1.0; 6],
     };
     assert_eq!(tube.sides(), [3, 3]);
     let bands = LossBand::of(&tube.losses(&heard, &TubeErrors::default()));

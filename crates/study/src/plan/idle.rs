@@ -1,7 +1,7 @@
 //! What a stage lacks a law for, parts and ends; errors that its noise does not have, and noise that does not
 //! count.
 
-use super::{Plan, Stage};
+use super::{Base, Plan, Stage};
 use crate::law::{Effect, Place};
 use crate::source::listed;
 use crate::{Campaign, Candidate, Catalogue, Point, Rig, StudyProblem, rig::Shape};
@@ -81,6 +81,9 @@ impl Plan {
                     stage.id
                 ));
             }
+        }
+        if !matches!(self.base, Base::Ambient | Base::Rig) {
+            return said;
         }
         let unsure = |p: &Point| p.ambient.is_some_and(|[_, sd]| sd > 0.0);
         let takes = |s: &&Stage| campaign.points.iter().any(|p| unsure(p) && s.points.holds(campaign, p));

@@ -64,7 +64,7 @@ impl Study {
         let source = Source::read(&folder.join("observations.toml"))?;
         let file: File = source.toml()?;
         let data = match &file.measured {
-            None => folder,
+            None => folder.clone(),
             Some(elsewhere) => elsewhere.find().ok_or_else(|| {
                 let Elsewhere { variable, folder, obtain } = elsewhere.clone();
                 source.fail(0, StudyProblem::Elsewhere { variable, folder, obtain })
@@ -132,6 +132,9 @@ impl Study {
         if all.list.is_empty() {
             return Err(source.fail(0, StudyProblem::Empty { what: "response", need: "add a [[response]]" }));
         }
+        let above = self.above_cut_on(&all.list);
+        all.warnings
+            .extend(above.map(|said| format!("{}: {said}", folder.join("observations.toml").display())));
         Ok(all)
     }
 

@@ -184,7 +184,7 @@ pub(super) const CASES: [Case; 24] = [
             fs::write(path, format!("{text}{again}\n")).unwrap();
         },
         RANK,
-        ["pings.csv, line 6", "a second row (operating point and mode)", "every name must be different"],
+        ["pings.csv, line 6", "`mode of", "several rows of one point are several modes"],
     ),
     case(
         "line that is too short",
