@@ -134,7 +134,8 @@ pub(crate) fn parse(
         if modes.iter().any(|(_, m)| m.point == mode.point && m.label == mode.label) {
             let id = campaign.points[mode.point].id.clone();
             if mode.label.is_empty() {
-                let need = "several rows of one point are several modes, each with its label, such as 1 and 2";
+                let need =
+                    "several rows of one point are several modes, each with its label, such as 1 and 2";
                 return Err(fail(StudyProblem::Missing { key: format!("mode of {id}"), need }));
             }
             let name = format!("{id}, mode {}", mode.label);
