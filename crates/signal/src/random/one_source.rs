@@ -23,21 +23,39 @@ impl OneSource {
     /// as it does a cross spectrum over a spectrum.
     pub(super) fn of(found: &Spectra, channels: usize) -> Self {
         let pressures: Vec<Vec<C64>> = found.cross.iter().map(|sums| factor(sums, channels)).collect();
-        let own = |k: usize, c: usize| (found.cross[k][c][c].re - pressures[k][c].norm_sqr()).max(0.0);
-        let noise = |k: usize, c: usize| {
-            let near = k.saturating_sub(BESIDE)..(k + BESIDE + 1).min(pressures.len());
-            let count = near.len() as f64;
-            // Rounding is not less.
-            let least = 1e-12 * found.cross[k][c][c].re;
-            (near.map(|k| own(k, c)).sum::<f64>() / count).max(least)
+        let near = |k: usize| k.saturating_sub(BESIDE)..(k + BESIDE + 1).min(pressures.len());
+        let mean = |k: usize, of: &dyn Fn(usize) -> f64| near(k).map(of).sum::<f64>() / near(k).len() as f64;
+        // Of what a channel hears alone, in parts of what it hears of the source.
+        let alone = |c: usize| {
+            let pressures = &pressures;
+            move |k: usize| (found.cross[k][c][c].re / power(&pressures[k][c]) - 1.0).max(0.0)
         };
+        // Of the cross spectra of a channel: what no noise of its own explains, such as a rig that changes
+        // within the width of a segment's frequencies, and the least where the noise is too small to be seen.
+        let between = |c: usize| {
+            let pressures = &pressures;
+            move |k: usize| {
+                let p = &pressures[k];
+                let left = |j: usize| {
+                    let said = p[c].conj() * p[j];
+                    (found.cross[k][c][j] - said).norm_sqr() / power(&said)
+                };
+                (0..channels).filter(|j| *j != c).map(left).sum::<f64>() / (channels - 1) as f64
+            }
+        };
+        // A cross spectrum has the errors of two channels.
         let sd = |k: usize, c: usize| {
-            let power = pressures[k][c].norm_sqr().max(f64::MIN_POSITIVE);
-            (noise(k, c) / (2.0 * found.averages * power)).sqrt()
+            let noise = mean(k, &alone(c)) / (2.0 * found.averages);
+            noise.max(0.25 * mean(k, &between(c))).max(1e-12).sqrt()
         };
         let relative_sd = (0..pressures.len()).map(|k| (0..channels).map(|c| sd(k, c)).collect()).collect();
         Self { pressures, relative_sd }
     }
+}
+
+/// The square of the modulus, as a divisor.
+fn power(z: &C64) -> f64 {
+    z.norm_sqr().max(f64::MIN_POSITIVE)
 }
 
 /// The p of one frequency, from the sums of conj(X_i) X_j.

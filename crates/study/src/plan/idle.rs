@@ -8,6 +8,13 @@ use crate::{Campaign, Candidate, Catalogue, Point, Rig, StudyProblem, rig::Shape
 use rijke_numerics::words::counted;
 use std::collections::BTreeSet;
 
+/// Whether two points of a stage share an assembly of the rig.
+fn shares_an_installation(campaign: &Campaign, stage: &Stage) -> bool {
+    let points: Vec<&Point> = campaign.points.iter().filter(|p| stage.points.holds(campaign, p)).collect();
+    let same = |a: &Point, b: &Point| !a.installation.is_empty() && a.installation == b.installation;
+    (0..points.len()).any(|k| points[..k].iter().any(|p| same(p, points[k])))
+}
+
 impl Plan {
     /// The parts that a factor puts into the rig at points of a stage in which no law acts on them, each in a
     /// sentence.
@@ -74,7 +81,7 @@ impl Plan {
                     stage.id
                 )
             }));
-            if !stage.noise.varying.is_empty() {
+            if !stage.noise.varying.is_empty() && shares_an_installation(campaign, stage) {
                 said.push(format!(
                     "study.toml: `noise.varying` of stage `{}` is drawn for every mode by itself: with `base_errors = true` all modes of one \
                      installation share it",

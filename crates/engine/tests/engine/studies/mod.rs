@@ -3,6 +3,7 @@
 mod asked;
 mod conjugated;
 mod delayed;
+mod handed_on;
 mod installations;
 mod lawless;
 mod lengths;

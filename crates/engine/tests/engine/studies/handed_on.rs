@@ -1,0 +1,120 @@
+//! What a stage hands on whose posterior is no Gaussian: every maximum of it, and a word where one is bent.
+
+use super::ORIGIN;
+use crate::common::folder::Folder;
+use crate::common::tube::speed;
+use rijke_engine::run::{Run, StageRecord, Trusted};
+use rijke_study::Study;
+use std::f64::consts::PI;
+
+const RIG: &str = "name = 't'\n[gas]\ntemperature = 293.15\n[search]\ngrowth_rate = [-400, 400]\nfrequency_hz = [10, 1500]\n\
+                   [upstream]\ntype = 'free'\n[downstream]\ntype = 'free'\n[[element]]\nname = 'tube'\ntype = 'duct'\nlength = 1.0\ndiameter = 0.05\n";
+
+const STAGES: &str = "name = 't'\nbase = 'ambient'\n\
+                      [[stage]]\nid = 'cold'\npoints = { rows = ['cold'] }\ncompete = 'e'\nwith = { x = 'x.none' }\nNOISE\
+                      [[stage]]\nid = 'hot'\npoints = { rows = ['hot'] }\non = 'cold'\ncompete = 'x'\nNOISE";
+
+/// A mouth of which the first stage knows the size of `law` only, and an inlet that may take something where
+/// sw is not 0.
+fn candidates(parameters: &str, law: &str) -> String {
+    format!(
+        "[[candidate]]\nid = 'e.1'\nrole = 'e'\nname = 'mouth'\ncite = ['none']\n{parameters}\
+         [[candidate.effect]]\nacts_at = 'downstream'\nreflection = '-(1 - ({law}))'\n\
+         [[candidate]]\nid = 'x.none'\nrole = 'x'\nname = 'rigid'\ncite = ['none']\n\
+         [[candidate.effect]]\nacts_at = 'upstream'\nreflection = '1'\n\
+         [[candidate]]\nid = 'x.loss'\nrole = 'x'\nname = 'lossy'\ncite = ['none']\n\
+         parameters.y = {{ symbol = 'y', unit = '1', prior = {{ normal = {{ mean = 0.0, sd = 0.05 }} }} }}\n\
+         [[candidate.effect]]\nacts_at = 'upstream'\nreflection = '1 - 10*sw*y'\n"
+    )
+}
+
+fn parameter(name: &str, mean: f64, sd: f64) -> String {
+    format!(
+        "parameters.{name} = {{ symbol = '{name}', unit = '1', prior = {{ normal = {{ mean = {mean}, sd = {sd} }} }} }}\n"
+    )
+}
+
+/// Growth rates at sw = 0 and 0.1 with their standard deviations, and a frequency that tells nothing.
+fn folder(name: &str, candidates: &str, growth: [[f64; 2]; 2]) -> Folder {
+    let hertz = speed() / 4.0;
+    let row = |(id, [g, sd]): (&str, [f64; 2])| format!("{id},{g:.12},{sd},{hertz:.9},5\n");
+    let rows: String = ["c1", "h1"].into_iter().zip(growth).map(row).collect();
+    let noise = "[stage.noise]\ngrowth_rate = 0.0\nangular_frequency = 0.0\npressure = 0.0\n";
+    Folder::new(
+        name,
+        &[
+            ("rig.toml", RIG),
+            ("campaign.csv", "point,row,sw,T_amb [K]\nc1,cold,0,293.15\nh1,hot,0.1,293.15\n"),
+            ("candidates/all.toml", candidates),
+            ("study.toml", &STAGES.replace("NOISE", noise)),
+            ("observations/observations.toml", ORIGIN),
+            (
+                "observations/modes.csv",
+                &format!(
+                    "point,growth_rate [1/s],growth_rate_sd [1/s],frequency [Hz],frequency_sd [Hz]\n{rows}"
+                ),
+            ),
+        ],
+    )
+}
+
+/// The stages, with all maxima looked for.
+fn ranked(folder: &Folder) -> [StageRecord; 2] {
+    let study = Study::open(&folder.0).unwrap();
+    let observations = study.observations().unwrap();
+    let mut run = Run::new(study, &observations, Trusted::Checked).unwrap();
+    [0, 1].map(|_| run.next_stage().unwrap().unwrap())
+}
+
+/// ln of the modulus of both reflections makes the growth rate of a tube of one metre.
+fn growth(ln_reflections: f64) -> f64 {
+    0.5 * speed() * ln_reflections
+}
+
+/// The first stage knows b^2, which has two signs of b; the second b^2 + b/10. Against a sum over b and y.
+#[test]
+fn oracle_both_signs_of_a_parameter_go_on_to_the_next_stage() {
+    let sds = [0.3, 1.3];
+    let measured = [growth((1.0_f64 - 0.04).ln()), growth((1.0_f64 - 0.06).ln())];
+    let law = candidates(&parameter("b", -0.05, 0.3), "b^2 + sw*b");
+    let stages = ranked(&folder("two-signs", &law, [0, 1].map(|k| [measured[k], sds[k]])));
+    let ln = |id: &str| stages[1].models.iter().find(|m| m.id == id).unwrap().evidence.unwrap().ln_marginal;
+    let normal = |x: f64, sd: f64| -0.5 * (x / sd).powi(2) - (sd * (2.0 * PI).sqrt()).ln();
+    // Less what the frequencies have in common.
+    let sum = |loss: bool| -> f64 {
+        let (steps, mut all) = (4000, 0.0);
+        for i in 0..steps {
+            let b = -0.8 + 1.5 * f64::from(i) / f64::from(steps);
+            let first = normal(growth((1.0 - b * b).ln()) - measured[0], sds[0]) + normal(b + 0.05, 0.3);
+            if first < -60.0 {
+                continue;
+            }
+            let here = |y: f64| {
+                let ln = (1.0 - b * b - 0.1 * b).ln() + (1.0 - y).ln();
+                (first + normal(growth(ln) - measured[1], sds[1])).exp()
+            };
+            let over = |y: f64| here(y) * normal(y, 0.05).exp() * 1e-3;
+            all += if loss { (-250..250).map(|k| over(1e-3 * f64::from(k))).sum() } else { here(0.0) };
+        }
+        all.ln()
+    };
+    let (found, exact) = (ln("x.none") - ln("x.loss"), sum(false) - sum(true));
+    assert!(exact > 0.8 && (found - exact).abs() < 0.3, "{found} {exact}");
+    let none = stages[1].models.iter().find(|m| m.id == "x.none").unwrap();
+    let b = none.parameters.iter().find(|p| p.name == "b").unwrap();
+    assert!((b.value - 0.2).abs() < 0.02, "{b:?}");
+}
+
+/// The first stage knows the product of two parameters, the second one of them: along the hyperbola the
+/// Gaussian of the first does not hold.
+#[test]
+fn message_a_bent_posterior_that_was_handed_on_is_said() {
+    let both = parameter("a", 1.0, 0.45) + &parameter("b", 0.05, 0.03);
+    let growth = [[growth((1.0_f64 - 0.05).ln()), 0.1], [growth((1.0_f64 - 0.009).ln()), 0.02]];
+    let law = candidates(&both, "a*b*(1 - 10*sw) + sw*b");
+    let stages = ranked(&folder("bent", &law, growth));
+    let row = stages[1].models.iter().find(|m| m.id == "x.none").unwrap();
+    let said = row.remark.clone().unwrap_or_default();
+    assert!(said.contains("stage `cold` handed its posterior on as a Gaussian"), "{said}");
+    assert!(!stages[0].models[0].remark.clone().unwrap_or_default().contains("handed"));
+}
