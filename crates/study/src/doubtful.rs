@@ -4,10 +4,8 @@ use crate::campaign::RESERVED;
 use crate::law::Effect;
 use crate::names::{MACH, MASS_FLUX, VELOCITY};
 use crate::plan::Base;
-use crate::responses::{ObservedResponse, ResponseKind, ResponseStage};
-use crate::{Campaign, ObservedModes, Point, RigAtPoint, Study, StudyProblem};
+use crate::{Campaign, ObservedModes, Point, Study, StudyProblem};
 use std::collections::HashMap;
-use std::f64::consts::PI;
 
 /// Microphones nearer than this hear the same, m.
 const ONE_PLACE: f64 = 0.005;
@@ -24,8 +22,6 @@ const LAID_OUT: f64 = 293.15;
 const ROOM: std::ops::RangeInclusive<f64> = 250.0..=330.0;
 /// Ducts colder than this, K, most often are so warm in degrees Celsius.
 const COLD: f64 = 200.0;
-/// k a at which the first higher mode of a round duct is cut on: the first zero of J1'.
-const CUT_ON: f64 = 1.841_183_78;
 /// 0 degrees Celsius, K.
 const ZERO: f64 = 273.15;
 /// Most points that are named.
@@ -169,7 +165,7 @@ impl Study {
                 1e3 * (x - y).abs()
             ));
         }
-        let widest = widest(&rig);
+        let widest = rig.widest();
         let sound_speed = self.rig.gas.at(LAID_OUT, self.rig.pressure).sound_speed;
         let wavelength = sound_speed / self.rig.search[1][1];
         if widest > WIDEST.max(wavelength) {
@@ -185,33 +181,6 @@ impl Study {
         }
         all
     }
-}
-
-impl Study {
-    /// Responses, and stages that take them, above the cut-on of the first higher mode of the widest duct, in
-    /// a sentence. What a law of a place alone was measured as does not count.
-    pub(crate) fn above_cut_on(&self, list: &[ObservedResponse]) -> Option<String> {
-        let rig = self.campaign.points.first().and_then(|point| self.rig.at(point, LAID_OUT).ok())?;
-        let widest = widest(&rig);
-        let cut_on = CUT_ON * self.rig.gas.at(LAID_OUT, self.rig.pressure).sound_speed / (PI * widest);
-        let of_waves = list.iter().filter(|r| !matches!(r.what, ResponseKind::Law { .. }));
-        let highest = of_waves.flat_map(|r| r.frequency_hz.last()).fold(0.0, |a: f64, f| a.max(*f));
-        let taken = |stage: &ResponseStage| stage.band_hz.map_or(f64::INFINITY, |[_, high]| high);
-        let highest = highest.min(self.plan.responses.iter().map(taken).fold(0.0, f64::max));
-        (highest > cut_on).then(|| {
-            format!(
-                "responses up to {highest:.0} Hz, but a duct {:.1} mm wide lets a higher mode through from {cut_on:.0} Hz on, where the sound is not in plane \
-                 waves alone: stop below with `band_hz`",
-                1e3 * widest
-            )
-        })
-    }
-}
-
-/// Diameter of the widest duct, m.
-fn widest(rig: &RigAtPoint) -> f64 {
-    let areas = rig.ducts.iter().flat_map(|d| d.area);
-    (4.0 * areas.fold(0.0, f64::max) / PI).sqrt()
 }
 
 impl ObservedModes {

@@ -146,8 +146,8 @@ impl ModeCase {
         Ok(Self { warnings, devices, ..Self::new(&path, region, chain, remedy) })
     }
 
-    /// A point of a study, by the model of `stage`; without one, by that of the last stage that was ranked and was
-    /// trained on the point, or is the last of all.
+    /// A point of a study, by the model of `stage`; without one, by that of the last stage that was ranked
+    /// and was trained on the point, or is the last of all.
     pub fn point(
         dir: &Path,
         id: &str,

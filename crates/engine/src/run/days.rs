@@ -54,7 +54,8 @@ pub(super) fn day_apart<'a>(there: &[Held<'a>], sd: f64) -> Option<Apart<'a>> {
     far.max_by(|a, b| a.distance.total_cmp(&b.distance))
 }
 
-/// Ambient temperature of a point, K: where the campaign does not state it, that of the gas at the first place.
+/// Ambient temperature of a point, K: where the campaign does not state it, that of the gas at the first
+/// place.
 fn ambient(o: &Observed) -> f64 {
     let Conditions { point, base, .. } = &*o.conditions;
     point.ambient.map_or(base.temperature[0], |[value, _]| value)

@@ -3,16 +3,16 @@
 use super::course::{Chosen, Run};
 use rijke_study::plan::Stage;
 
-/// How far the predictions of an earlier stage may be from linear ones, in standard deviations of its data all
-/// together: half of the square are nats.
+/// How far the predictions of an earlier stage may be from linear ones, in standard deviations of its data
+/// all together: half of the square are nats.
 const BENT: f64 = 2.0;
 
 /// Step of the differences, a part of the way from one stage to the next.
 const STEP: f64 = 1e-3;
 
 impl Run {
-    /// The stages whose posterior is no Gaussian at the parameters that a model of a later stage found, each in
-    /// a sentence: their data are predicted there otherwise than to first order about what they handed on.
+    /// The stages whose posterior is no Gaussian at the parameters that a model of a later stage found, each
+    /// in a sentence: their data are predicted there otherwise than to first order about what they handed on.
     pub(super) fn bent(&self, stage: &Stage, found: &Chosen) -> Vec<String> {
         let earlier = self.study.plan.stages.iter().zip(&self.done).filter(|(s, _)| stage.on.contains(&s.id));
         earlier.filter_map(|(before, done)| self.bent_from(before, &done.chosen, found)).collect()

@@ -122,7 +122,8 @@ impl Posterior<'_> {
     }
 
     /// Raises inferred noises that lie far below what the residuals have beyond the floor; whether there are
-    /// any. Below the floor J hardly depends on a noise but for its prior, at whose median a search then ends.
+    /// any. Below the floor J hardly depends on a noise but for its prior, at whose median a search then
+    /// ends.
     pub(crate) fn raise_noise(&self, z: &mut [f64], predicted: &[f64]) -> bool {
         let (p, mut raised) = (self.parameters().len(), false);
         for (k, &g) in self.floating().iter().enumerate() {

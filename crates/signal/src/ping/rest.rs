@@ -28,8 +28,8 @@ const ALIKE: f64 = 0.75;
 const SLACK: f64 = 0.05;
 /// Times with which a loudspeaker comes to rest, s, that are looked for.
 const AT_REST: [f64; 2] = [0.001, 0.003];
-/// Square of the amplitude over the variance of one of its parts beyond which a loudspeaker dies away. By chance,
-/// exp(-DIES/2) = 5 % of the records exceed it, for each of these times.
+/// Square of the amplitude over the variance of one of its parts beyond which a loudspeaker dies away. By
+/// chance, exp(-DIES/2) = 5 % of the records exceed it, for each of these times.
 const DIES: f64 = 6.0;
 
 /// Two fits of one decay that disagree.

@@ -1,5 +1,5 @@
-//! A curve that the residuals of a plain fit show: that of a drift of the frequency, of an excess of damping, or
-//! of a loudspeaker that comes to rest. Several decays tell of it together.
+//! A curve that the residuals of a plain fit show: that of a drift of the frequency, of an excess of damping,
+//! or of a loudspeaker that comes to rest. Several decays tell of it together.
 
 use crate::dsp::kernels::Powers;
 use rijke_numerics::C64;

@@ -6,6 +6,7 @@
 //! names.
 
 mod columns;
+mod cut_on;
 mod doubts;
 mod plan;
 mod pressures;

@@ -7,6 +7,7 @@ use super::whole::Rig;
 use crate::law::Place;
 use crate::names::{AMBIENT, LENGTH};
 use crate::{Point, StudyProblem};
+use std::f64::consts::PI;
 
 /// Places closer than this part of the length are the same.
 const SAME: f64 = 1e-9;
@@ -185,6 +186,12 @@ fn inside(name: &dyn Fn() -> String, x: f64, length: f64) -> Result<(), StudyPro
 }
 
 impl RigAtPoint {
+    /// Diameter of the widest duct, m.
+    pub(crate) fn widest(&self) -> f64 {
+        let areas = self.ducts.iter().flat_map(|d| d.area);
+        (4.0 * areas.fold(0.0, f64::max) / PI).sqrt()
+    }
+
     /// The places of a kind of place, and the share of the law at each; along a stretch nothing.
     #[must_use]
     pub fn places(&self, place: &Place) -> Vec<(f64, f64)> {

@@ -1,0 +1,32 @@
+//! Responses at frequencies at which the sound of a rig is not in plane waves alone.
+
+use super::{ObservedResponse, ResponseKind, ResponseStage};
+use crate::Study;
+use std::f64::consts::PI;
+
+/// Temperature at which the rig is looked at, K.
+const LAID_OUT: f64 = 293.15;
+
+/// k a at which the first higher mode of a round duct is cut on: the first zero of J1'.
+const CUT_ON: f64 = 1.841_183_78;
+
+impl Study {
+    /// Responses, and stages that take them, above the cut-on of the first higher mode of the widest duct, in
+    /// a sentence. What a law of a place alone was measured as does not count.
+    pub(crate) fn above_cut_on(&self, list: &[ObservedResponse]) -> Option<String> {
+        let rig = self.campaign.points.first().and_then(|point| self.rig.at(point, LAID_OUT).ok())?;
+        let widest = rig.widest();
+        let cut_on = CUT_ON * self.rig.gas.at(LAID_OUT, self.rig.pressure).sound_speed / (PI * widest);
+        let of_waves = list.iter().filter(|r| !matches!(r.what, ResponseKind::Law { .. }));
+        let highest = of_waves.flat_map(|r| r.frequency_hz.last()).fold(0.0, |a: f64, f| a.max(*f));
+        let taken = |stage: &ResponseStage| stage.band_hz.map_or(f64::INFINITY, |[_, high]| high);
+        let highest = highest.min(self.plan.responses.iter().map(taken).fold(0.0, f64::max));
+        (highest > cut_on).then(|| {
+            format!(
+                "responses up to {highest:.0} Hz, but a duct {:.1} mm wide lets a higher mode through from {cut_on:.0} Hz on, where the sound is not in plane \
+                 waves alone: stop below with `band_hz`",
+                1e3 * widest
+            )
+        })
+    }
+}
