@@ -13,6 +13,9 @@ use rijke_signal::{
 use rijke_study::{DuctAt, Study};
 use serde_json::{Value, json};
 
+/// Samples at full scale that a record may have: its peak, where it was scaled to that.
+const FULL: usize = 2;
+
 /// Share of the power of a microphone below which it is said to hear little of the source.
 const HEARS_LITTLE: f64 = 0.5;
 
@@ -81,8 +84,9 @@ pub(crate) fn driven(
         files.push((format!("pressures/{point}.csv"), text));
         let (used, of) = (heard.frequency_hz.len(), heard.frequency_hz.len() + heard.left_out);
         let middle = heard.median_sd();
+        let every = if is_whole { format!(" of {of}") } else { String::new() };
         tell.say(format!(
-            "{point}: {used} of {of} frequencies, relative standard deviation {middle:.1e} (median)"
+            "{point}: {used}{every} frequencies, relative standard deviation {middle:.1e} (median)"
         ));
         for (name, share) in
             names.iter().zip(&heard.of_the_source).filter(|(_, share)| **share < HEARS_LITTLE)
@@ -151,7 +155,7 @@ impl Records<'_> {
         let record = self.records.read(file, Some(self.names.len())).or_bad_input()?;
         let clipped: Vec<String> = (0..self.names.len())
             .map(|m| (m, record.clipped(m)))
-            .filter(|(_, count)| *count > 0)
+            .filter(|(_, count)| *count > FULL)
             .map(|(m, count)| format!("{} of {}", counted(count, "sample"), self.names[m]))
             .collect();
         if clipped.is_empty() {
@@ -188,7 +192,9 @@ impl Records<'_> {
     fn swept(&self, files: &[String], resolution_hz: f64, period: Option<usize>) -> Result<Swept, Failed> {
         let all = files.iter().map(|file| self.read(file)).collect::<Result<Vec<_>, _>>()?;
         let length = |record: &Vec<Vec<f64>>| record.first().map_or(0, Vec::len);
-        if let Some(k) = all.iter().position(|record| length(record) != length(&all[0])) {
+        let other = all.iter().position(|record| length(record) != length(&all[0]));
+        // Of a sound that repeats itself a file may hold more periods than another.
+        if let Some(k) = other.filter(|_| period.is_none()) {
             let what = format!(
                 "{} has {} samples and {} has {}: all records of one point are repeats of one sound",
                 files[k],

@@ -64,11 +64,11 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failed> {
     })?;
     let driven = read(&text).or_bad_input().map_err(|failure| {
         let failure = failure.at(path);
-        if !path.with_file_name("study.toml").is_file() {
+        if path.file_name().is_none_or(|name| name != "rig.toml") {
             return failure;
         }
         failure.remedy(
-            "Name a network file; this one lies beside a study.toml. Of the rig of a study `rijke modes` with --point ID computes the modes, and a stage \
+            "Name a network file. Of the rig of a study `rijke modes` with --point ID computes the modes, and a stage \
              with `responses` what it answers when it is driven.",
         )
     })?;
@@ -77,7 +77,8 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failed> {
     }
     let frequencies = frequencies(args, driven.region.omega[1] / (2.0 * PI))?;
     let highest = frequencies.iter().copied().fold(0.0, f64::max);
-    if highest > driven.plane_below_hz {
+    // A file whose search goes beyond has said so.
+    if highest > driven.plane_below_hz && driven.region.omega[1] <= 2.0 * PI * driven.plane_below_hz {
         ui.note(format!(
             "warning: {}: from {:.0} Hz on a higher mode is cut on in its widest duct, and the sound is not in plane waves alone",
             path.display(),

@@ -135,7 +135,7 @@ pub(crate) fn parse(
             let id = campaign.points[mode.point].id.clone();
             if mode.label.is_empty() {
                 let need =
-                    "several rows of one point are several modes, each with its label, such as 1 and 2";
+                    "the point has several rows: give each a label in the column `mode`, or delete the copy";
                 return Err(fail(StudyProblem::Missing { key: format!("mode of {id}"), need }));
             }
             let name = format!("{id}, mode {}", mode.label);

@@ -36,15 +36,18 @@ pub(super) fn mistaken(
                 exp(-i omega t), turn the signs of the phases or of the imaginary parts";
     let mut all: Vec<Undone> = vec![(turned, 0.0, said.to_owned())];
     let heard = microphones(&data.whats);
-    for m in &heard {
+    // Of two microphones nobody knows which one is turned, and exchanging them inverts their ratio.
+    let two = heard.len() == 2;
+    for m in heard.iter().take(if two { 1 } else { usize::MAX }) {
         let of = |what: &ResponseKind| match what {
             ResponseKind::Pressure { microphone, .. } => microphone == m,
             ResponseKind::Transfer { to, from } => (to == m) != (from == m),
             _ => false,
         };
+        let which =
+            if two { format!("{} or {}", names[heard[0]], names[heard[1]]) } else { names[*m].clone() };
         let said = format!(
-            "with the sign of microphone {} turned these data have GAIN nats more: check its polarity",
-            names[*m]
+            "with the sign of microphone {which} turned these data have GAIN nats more: check its polarity"
         );
         all.push((each(data, of, |z| -z), 0.0, said));
     }
@@ -54,7 +57,7 @@ pub(super) fn mistaken(
                     rho c u, not its inverse";
         all.push((each(data, reflects, |z| -z), 0.0, said.to_owned()));
     }
-    all.extend(inverted(data));
+    all.extend(inverted(data).filter(|_| !two));
     let pairs = heard.iter().enumerate().flat_map(|(k, a)| heard[k + 1..].iter().map(move |b| [*a, *b]));
     for pair in pairs.filter(|_| heard.len() <= MOST) {
         let [a, b] = pair.map(|m| &names[m]);
@@ -106,7 +109,7 @@ fn inverted(data: &Selected) -> Option<Undone> {
     Some((turned, ln_scale, said.to_owned()))
 }
 
-/// The microphones of which responses are pressures.
+/// The microphones whose pressures, or ratios of them, are among the responses.
 fn microphones(whats: &[ResponseKind]) -> Vec<usize> {
     let of = |what: &ResponseKind| match what {
         ResponseKind::Pressure { microphone, .. } => vec![*microphone],

@@ -250,7 +250,7 @@ impl ResponseRun {
             remarks.extend(mistaken(&training, data, names, [evidence.ln_marginal, share]));
         }
         let stated = left.beyond_stated.is_some_and(|b| b < BEYOND);
-        if share > UNDESCRIBED && left.neighbours_sds <= NOT_NOISE && !stated {
+        if floats && share > UNDESCRIBED && left.neighbours_sds <= NOT_NOISE && !stated {
             remarks.push(format!(
                 "what this model leaves is {:.0} % of the data, and the noise was chosen to cover it: it does not describe them, unless they are as noisy as \
                  that",

@@ -44,7 +44,7 @@ pub struct Chosen {
     pub(super) known: Arc<Vec<NamedGaussian>>,
     /// The misfit, what was measured included.
     pub(super) misfit: [f64; 3],
-    /// Which other maxima of stages of responses its data leave open, in words.
+    /// Which other maxima of earlier stages its data leave open, in words.
     pub(super) beside: Option<String>,
     /// The other maxima of its posterior that are not improbable.
     pub(super) maxima: Vec<Elsewhere>,

@@ -1,5 +1,5 @@
-//! A day whose frequencies all lie to one side of a model that fits the other days: its temperature was read
-//! or noted wrongly, or something else was other.
+//! A day whose frequencies lie to one side of a model that fits the other days: its temperature was read or
+//! noted wrongly, or something else was other.
 
 use crate::{Conditions, Observed};
 
@@ -7,6 +7,9 @@ use crate::{Conditions, Observed};
 /// that it must be: 0.1 % is 0.6 K.
 const APART: f64 = 6.0;
 const LEAST: f64 = 1e-3;
+
+/// Stated standard deviations of the ambient temperature that it must be, too.
+const STATED: f64 = 4.0;
 
 /// Measurements that a day, and all others together, must have.
 const FEWEST: [usize; 2] = [2, 4];
@@ -46,19 +49,28 @@ pub(super) fn day_apart<'a>(there: &[Held<'a>], sd: f64) -> Option<Apart<'a>> {
         let error = spread * (1.0 / here.len() as f64 + 1.0 / others.len() as f64).sqrt();
         let mut points: Vec<&str> = here.iter().map(|t| t.0.conditions.id.as_str()).collect();
         points.dedup();
-        let ambient = here.iter().map(|t| ambient(t.0)).sum::<f64>() / here.len() as f64;
+        let mean = |k: usize| here.iter().map(|t| ambient(t.0)[k]).sum::<f64>() / here.len() as f64;
+        let (ambient, stated) = (mean(0), mean(1));
         let higher = own[0] - all[0];
-        Some(Apart { day: name, points, higher, distance: higher.abs() / error, ambient })
+        // An error of the temperature that is stated explains half of it in frequency.
+        let least = LEAST.max(0.5 * STATED * stated / ambient);
+        let distance = higher.abs() / error;
+        (distance > APART && higher.abs() > least).then_some(Apart {
+            day: name,
+            points,
+            higher,
+            distance,
+            ambient,
+        })
     };
-    let far = days.iter().filter_map(of).filter(|a| a.distance > APART && a.higher.abs() > LEAST);
-    far.max_by(|a, b| a.distance.total_cmp(&b.distance))
+    days.iter().filter_map(of).max_by(|a, b| a.distance.total_cmp(&b.distance))
 }
 
-/// Ambient temperature of a point, K: where the campaign does not state it, that of the gas at the first
-/// place.
-fn ambient(o: &Observed) -> f64 {
+/// Ambient temperature of a point and its standard deviation, K: where the campaign does not state it, that
+/// of the gas at the first place.
+fn ambient(o: &Observed) -> [f64; 2] {
     let Conditions { point, base, .. } = &*o.conditions;
-    point.ambient.map_or(base.temperature[0], |[value, _]| value)
+    point.ambient.unwrap_or([base.temperature[0], 0.0])
 }
 
 /// Mean, and sum of the squares about it.
@@ -81,8 +93,8 @@ impl Apart<'_> {
         // In so few digits that all models say the same.
         let digits = usize::from(kelvin < 2.0);
         format!(
-            "the frequencies of day {day} ({}) all lie {:.1} % {above} the model, measured from those of the other days, far more than they differ among \
-             themselves: air {kelvin:.digits$} K {warmer} than stated would explain it; check T_amb of that day, and what else differed",
+            "the frequencies of day {day} ({}) lie {:.1} % {above} the model on average, measured from those of the other days, far more than their scatter \
+             explains: air {kelvin:.digits$} K {warmer} than stated would explain it; check T_amb of that day, and what else differed",
             if points.len() > 4 { format!("{}, {}, ...", points[0], points[1]) } else { points.join(", ") },
             100.0 * higher.abs(),
         )

@@ -98,6 +98,10 @@ impl<'a> Earlier<'a> {
         if *choice == done.choice {
             return Ok(done.chosen.clone());
         }
+        // A row of the table, with all its maxima.
+        if let Some((_, chosen)) = done.rows.iter().find(|(model, _)| model.candidates == *choice) {
+            return Ok(chosen.clone());
+        }
         if let Some(found) = self.trained.get(key) {
             return Ok(found.clone());
         }

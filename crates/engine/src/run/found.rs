@@ -105,10 +105,10 @@ pub struct PointCheck {
 }
 
 impl Checks {
-    /// A probability that none of a thousand draws shows, or one.
+    /// The largest probability that counts as never: that of at most one of a thousand draws.
     const NEVER: f64 = 2.5e-3;
 
-    /// Residuals that are larger than noise which was stated, not chosen from them, makes them.
+    /// The kinds of residuals that are larger than the stated noise allows.
     pub fn beyond_noise(&self) -> impl Iterator<Item = &SumCheck> {
         self.sums.iter().filter(|s| s.probability.is_some_and(|p| p < Self::NEVER))
     }

@@ -1,6 +1,6 @@
 //! Whether what an earlier stage handed on as a Gaussian holds where a later stage ends.
 
-use super::course::{Chosen, Run};
+use super::course::{Chosen, Done, Run};
 use rijke_study::plan::Stage;
 
 /// How far the predictions of an earlier stage may be from linear ones, in standard deviations of its data
@@ -14,7 +14,12 @@ impl Run {
     /// The stages whose posterior is no Gaussian at the parameters that a model of a later stage found, each
     /// in a sentence: their data are predicted there otherwise than to first order about what they handed on.
     pub(super) fn bent(&self, stage: &Stage, found: &Chosen) -> Vec<String> {
-        let earlier = self.study.plan.stages.iter().zip(&self.done).filter(|(s, _)| stage.on.contains(&s.id));
+        let here = found.choice();
+        // Not where the model has another candidate than the one that went on.
+        let same =
+            |done: &Done| done.choice.iter().all(|(role, id)| here.get(role).is_none_or(|own| own == id));
+        let all = self.study.plan.stages.iter().zip(&self.done);
+        let earlier = all.filter(|(before, done)| stage.on.contains(&before.id) && same(done));
         earlier.filter_map(|(before, done)| self.bent_from(before, &done.chosen, found)).collect()
     }
 

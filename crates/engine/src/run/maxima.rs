@@ -11,7 +11,7 @@ use std::sync::Arc;
 const MOST: usize = 32;
 /// Standard deviations beyond which values tell one maximum from another.
 pub(super) const APART: f64 = 3.0;
-/// A probability below which another maximum is not told.
+/// A probability below which another maximum is not told, and does not go on.
 const SMALL: f64 = 1e-3;
 
 /// What is known, and ln of the probability of it.

@@ -113,17 +113,41 @@ impl Posterior<'_> {
         self.finish(self.approach(self.screen(start)?, &options.search, &[])?, &options.search)
     }
 
-    /// The maximum next to where a rough search has come.
+    /// The maximum next to where a rough search has come, or the larger one at which inferred noises are as
+    /// large as the residuals ask for.
     pub(crate) fn finish(&self, near: Approach, search: &TrustRegion) -> Result<Fit, InferenceError> {
-        let Approach { z, small, mut calls, .. } = near;
         let left = |calls: Calls| TrustRegion {
             max_evaluations: search.max_evaluations.saturating_sub(calls.total()).max(1),
             ..*search
         };
+        let fit = self.next_to(near, left)?;
+        let inferred = |g: &usize| matches!(self.data().groups()[*g].mode, NoiseMode::Inferred { .. });
+        if !self.floating().iter().any(inferred) {
+            return Ok(fit);
+        }
+        let mut raised = fit.working.clone();
+        let predicted = self.predict(&fit.parameters, Order::Value)?.values;
+        if !self.raise_noise(&mut raised, &predicted) {
+            return Ok(fit);
+        }
+        // The model may fail there; what was found stands.
+        let Ok(other) = self.map_from(&raised, &left(fit.calls)) else { return Ok(fit) };
+        let calls = fit.calls.plus(other.calls);
+        let better = other.stop.converged() && (other.cost < fit.cost || !fit.stop.converged());
+        Ok(Fit { calls, ..if better { other } else { fit } })
+    }
+
+    /// The maximum next to where a rough search has come; `left` is what the calls so far leave of a search.
+    fn next_to(
+        &self,
+        near: Approach,
+        left: impl Fn(Calls) -> TrustRegion + Copy,
+    ) -> Result<Fit, InferenceError> {
+        let Approach { z, small, mut calls, .. } = near;
         if let Some(fit) = self.without(small, &z, left, &mut calls)? {
             return Ok(fit);
         }
-        let mut fit = self.map_from(&z, &left(calls))?;
+        let fit = self.map_from(&z, &left(calls))?;
         calls = calls.plus(fit.calls);
         if !fit.stop.converged() {
             // Other noises may explain the residuals of one as well, which then runs to nothing.
@@ -135,23 +159,7 @@ impl Posterior<'_> {
                 return Ok(fit);
             }
         }
-        let mut raised = fit.working.clone();
-        let inferred = |g: &usize| matches!(self.data().groups()[*g].mode, NoiseMode::Inferred { .. });
-        if self.floating().iter().any(inferred) {
-            let predicted = self.predict(&fit.parameters, Order::Value)?.values;
-            if self.raise_noise(&mut raised, &predicted) {
-                let other = self.map_from(&raised, &left(calls));
-                // The model may fail there; what was found stands.
-                if let Some(other) = other.ok().filter(|other| other.stop.converged()) {
-                    calls = calls.plus(other.calls);
-                    if other.cost < fit.cost || !fit.stop.converged() {
-                        fit = other;
-                    }
-                }
-            }
-        }
-        fit.calls = calls;
-        Ok(fit)
+        Ok(Fit { calls, ..fit })
     }
 
     /// The fit from where noises have run to nothing that are needed: one long step has led from above their

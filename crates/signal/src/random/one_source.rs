@@ -25,28 +25,33 @@ impl OneSource {
         let pressures: Vec<Vec<C64>> = found.cross.iter().map(|sums| factor(sums, channels)).collect();
         let near = |k: usize| k.saturating_sub(BESIDE)..(k + BESIDE + 1).min(pressures.len());
         let mean = |k: usize, of: &dyn Fn(usize) -> f64| near(k).map(of).sum::<f64>() / near(k).len() as f64;
-        // Of what a channel hears alone, in parts of what it hears of the source.
+        // The power of what a channel hears alone.
         let alone = |c: usize| {
             let pressures = &pressures;
-            move |k: usize| (found.cross[k][c][c].re / power(&pressures[k][c]) - 1.0).max(0.0)
+            move |k: usize| found.cross[k][c][c].re - pressures[k][c].norm_sqr()
         };
-        // Of the cross spectra of a channel: what no noise of its own explains, such as a rig that changes
-        // within the width of a segment's frequencies, and the least where the noise is too small to be seen.
+        // What no noise of its own explains, such as a rig that changes within the width of a segment's
+        // frequencies, and the least where the noise is too small to be seen: what the cross spectra of a
+        // channel differ by, with the errors of two channels each. The lower median, because a channel near a
+        // node spoils those of all others.
         let between = |c: usize| {
             let pressures = &pressures;
             move |k: usize| {
                 let p = &pressures[k];
-                let left = |j: usize| {
-                    let said = p[c].conj() * p[j];
-                    (found.cross[k][c][j] - said).norm_sqr() / power(&said)
-                };
-                (0..channels).filter(|j| *j != c).map(left).sum::<f64>() / (channels - 1) as f64
+                let left = |j: usize| (found.cross[k][c][j] - p[c].conj() * p[j]).norm_sqr() / power(&p[j]);
+                let mut all: Vec<f64> = (0..channels).filter(|j| *j != c).map(left).collect();
+                all.sort_by(f64::total_cmp);
+                all[(channels - 2) / 2]
             }
         };
-        // A cross spectrum has the errors of two channels.
+        // Of n (n - 1) real numbers the fit takes 2 n - 1.
+        let (pairs, taken) = ((channels * (channels - 1)) as f64, (2 * channels - 1) as f64);
+        let freedom = pairs / (pairs - taken);
         let sd = |k: usize, c: usize| {
             let noise = mean(k, &alone(c)) / (2.0 * found.averages);
-            noise.max(0.25 * mean(k, &between(c))).max(1e-12).sqrt()
+            let variance = noise.max(0.25 * freedom * mean(k, &between(c))) / power(&pressures[k][c]);
+            // Rounding is not less.
+            variance.max(1e-12).sqrt()
         };
         let relative_sd = (0..pressures.len()).map(|k| (0..channels).map(|c| sd(k, c)).collect()).collect();
         Self { pressures, relative_sd }
@@ -81,26 +86,47 @@ mod tests {
     use rand_distr::{Distribution, StandardNormal};
     use rijke_numerics::Streams;
 
-    /// Spectra of a source that four channels hear as `truth`, with noise of their own, by 300 averages.
-    fn heard(truth: [C64; 4], noise: [f64; 4], name: &str) -> Spectra {
+    /// Spectra of a source that four channels hear as `truth` says at each frequency, with noise of their
+    /// own, by 300 averages.
+    fn heard(truth: impl Fn(usize) -> [C64; 4], noise: [f64; 4], name: &str) -> Spectra {
         let mut stream = Streams::new(8).stream(name);
         let mut normal = || -> C64 {
             let parts: [f64; 2] = [0, 1].map(|_| StandardNormal.sample(&mut stream));
             C64::new(parts[0], parts[1])
         };
-        let mut one = || {
+        let mut one = |k: usize| {
             let mut sums = vec![vec![C64::ZERO; 4]; 4];
             for _ in 0..300 {
                 let source = normal();
-                let all: Vec<C64> = (0..4).map(|c| truth[c] * source + noise[c] * normal()).collect();
+                let all: Vec<C64> = (0..4).map(|c| truth(k)[c] * source + noise[c] * normal()).collect();
                 for (i, row) in sums.iter_mut().enumerate() {
                     row.iter_mut().zip(&all).for_each(|(sum, x)| *sum += all[i].conj() * x);
                 }
             }
             sums
         };
-        let cross = (0..200).map(|_| one()).collect();
+        let cross = (0..200).map(&mut one).collect();
         Spectra { frequency_hz: (0..200).map(f64::from).collect(), averages: 300.0, cross }
+    }
+
+    /// Beyond a node, which moves past the first channel, its pressure over another is wrong by as much as is
+    /// stated, however small it is.
+    #[test]
+    fn coverage_of_a_channel_past_which_a_node_moves() {
+        let others = [C64::new(0.8, 0.3), C64::new(-0.5, 0.4), C64::new(0.2, -0.9)];
+        let truth = |k: usize| [C64::new(0.01 * (k as f64 - 99.5), 0.0), others[0], others[1], others[2]];
+        let found = OneSource::of(&heard(truth, [0.1, 0.1, 0.05, 0.2], "moves"), 4);
+        let pull = |k: usize| {
+            let (p, sd) = (&found.pressures[k], &found.relative_sd[k]);
+            let (ratio, true_ratio) = (p[0] / p[1], truth(k)[0] / truth(k)[1]);
+            (ratio - true_ratio).norm_sqr() / (2.0 * ratio.norm_sqr() * (sd[0].powi(2) + sd[1].powi(2)))
+        };
+        let rms = |range: std::ops::Range<usize>| {
+            let count = range.len() as f64;
+            (range.map(pull).sum::<f64>() / count).sqrt()
+        };
+        assert!((0.85..1.15).contains(&rms(0..200)), "{}", rms(0..200));
+        assert!((0.7..1.3).contains(&rms(90..110)), "{}", rms(90..110));
     }
 
     /// The first channel near a node, with as much noise as signal: a cross spectrum over its spectrum is
@@ -108,19 +134,21 @@ mod tests {
     #[test]
     fn coverage_ratios_over_a_channel_near_a_node() {
         let truth = [C64::new(0.1, 0.0), C64::new(0.8, 0.3), C64::new(-0.5, 0.4), C64::new(0.2, -0.9)];
-        let found = OneSource::of(&heard(truth, [0.1, 0.1, 0.05, 0.2], "node"), 4);
-        let (mut square, mut sum) = ([0.0; 4], [C64::ZERO; 4]);
-        for (p, sd) in found.pressures.iter().zip(&found.relative_sd) {
-            for c in 1..4 {
-                let ratio = (p[c] / p[0]) / (truth[c] / truth[0]);
-                sum[c] += ratio;
-                square[c] += ratio.ln().norm_sqr() / (2.0 * (sd[c].powi(2) + sd[0].powi(2)));
-            }
-        }
-        for c in 1..4 {
-            let (mean, pull) = (sum[c] / 200.0, (square[c] / 200.0_f64).sqrt());
-            assert!((mean - 1.0).norm() < 0.02, "channel {c}: {mean}");
-            assert!((0.85..1.15).contains(&pull), "channel {c}: {pull}");
+        let found = OneSource::of(&heard(|_| truth, [0.1, 0.1, 0.05, 0.2], "node"), 4);
+        // The last two are ratios of channels away from the node.
+        for [a, b] in [[1, 0], [2, 0], [3, 0], [2, 1], [3, 1]] {
+            let ratio = |p: &[C64]| (p[a] / p[b]) / (truth[a] / truth[b]);
+            let pull = |(p, sd): (&Vec<C64>, &Vec<f64>)| {
+                ratio(p).ln().norm_sqr() / (2.0 * (sd[a].powi(2) + sd[b].powi(2)))
+            };
+            let mean = found.pressures.iter().map(|p| ratio(p)).sum::<C64>() / 200.0;
+            let squares: f64 = found.pressures.iter().zip(&found.relative_sd).map(pull).sum();
+            assert!((mean - 1.0).norm() < 0.02, "{a} over {b}: {mean}");
+            assert!(
+                (0.8..1.15).contains(&(squares / 200.0).sqrt()),
+                "{a} over {b}: {}",
+                (squares / 200.0).sqrt()
+            );
         }
     }
 }

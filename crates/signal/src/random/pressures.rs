@@ -33,7 +33,7 @@ pub struct RelativePressures {
     /// Frequencies that were left out, because their coherence was too small.
     pub left_out: usize,
     /// The share of the power of each microphone that is the sound which all have in common, median over the
-    /// frequencies; 1 of two microphones, which do not tell it.
+    /// frequencies; 1 of one or two microphones, which do not tell it.
     pub of_the_source: Vec<f64>,
 }
 
@@ -84,7 +84,10 @@ impl RelativePressures {
         };
         let all = heard.pressures.iter().zip(&heard.relative_sd).enumerate();
         let (pressures, relative_sd) = all.step_by(APART).map(row).unzip();
-        let of_the_source = shares(&found, microphones, 0..found.frequency_hz.len());
+        let of_the_source = match microphones {
+            0..3 => vec![1.0; microphones],
+            _ => shares(&heard, &found, 0..found.frequency_hz.len()),
+        };
         let frequency_hz = found.frequency_hz.iter().copied().step_by(APART).collect();
         Self { frequency_hz, pressures, relative_sd, left_out: 0, of_the_source }
     }
@@ -113,25 +116,24 @@ impl RelativePressures {
         let left_out = all.len() - used.len();
         let frequency_hz = used.iter().map(|&k| all[k]).collect();
         let microphones = found.fields.first().map_or(0, |field| field.pressures.len());
-        let of_the_source = shares(&found.spectra, microphones, used.into_iter());
+        let of_the_source = match microphones {
+            0..3 => vec![1.0; microphones],
+            _ => shares(&OneSource::of(&found.spectra, microphones), &found.spectra, used.into_iter()),
+        };
         Ok(Self { frequency_hz, pressures, relative_sd, left_out, of_the_source })
     }
 
-    /// The median of all relative standard deviations.
+    /// The median of all relative standard deviations but those that are nothing.
     #[must_use]
     pub fn median_sd(&self) -> f64 {
-        let mut sds: Vec<f64> = self.relative_sd.iter().flatten().copied().collect();
+        let mut sds: Vec<f64> = self.relative_sd.iter().flatten().copied().filter(|sd| *sd > 0.0).collect();
         sds.sort_by(f64::total_cmp);
         sds.get(sds.len() / 2).copied().unwrap_or(f64::NAN)
     }
 }
 
 /// [`RelativePressures::of_the_source`], at the frequencies `used`.
-fn shares(found: &Spectra, microphones: usize, used: impl Iterator<Item = usize>) -> Vec<f64> {
-    if microphones < 3 {
-        return vec![1.0; microphones];
-    }
-    let of_all = OneSource::of(found, microphones);
+fn shares(of_all: &OneSource, found: &Spectra, used: impl Iterator<Item = usize>) -> Vec<f64> {
     let used: Vec<usize> = used.collect();
     let median = |c: usize| {
         let share =
@@ -140,7 +142,7 @@ fn shares(found: &Spectra, microphones: usize, used: impl Iterator<Item = usize>
         all.sort_by(f64::total_cmp);
         all.get(all.len() / 2).copied().unwrap_or(1.0)
     };
-    (0..microphones).map(median).collect()
+    (0..of_all.pressures.first().map_or(0, Vec::len)).map(median).collect()
 }
 
 /// Pressures over the first one, with the gains undone, and their standard deviations; of pressures with

@@ -1,7 +1,7 @@
 //! Responses at frequencies at which the sound of a rig is not in plane waves alone.
 
 use super::{ObservedResponse, ResponseKind, ResponseStage};
-use crate::Study;
+use crate::{DuctAt, Study};
 use std::f64::consts::PI;
 
 /// Temperature at which the rig is looked at, K.
@@ -11,12 +11,18 @@ const LAID_OUT: f64 = 293.15;
 const CUT_ON: f64 = 1.841_183_78;
 
 impl Study {
-    /// Responses, and stages that take them, above the cut-on of the first higher mode of the widest duct, in
+    /// Responses, and stages that take them, above the cut-on of the first higher mode of a duct, in
     /// a sentence. What a law of a place alone was measured as does not count.
     pub(crate) fn above_cut_on(&self, list: &[ObservedResponse]) -> Option<String> {
         let rig = self.campaign.points.first().and_then(|point| self.rig.at(point, LAID_OUT).ok())?;
-        let widest = rig.widest();
-        let cut_on = CUT_ON * self.rig.gas.at(LAID_OUT, self.rig.pressure).sound_speed / (PI * widest);
+        let ambient =
+            self.campaign.points.first()?.ambient.map_or(self.rig.temperature, |[kelvin, _]| kelvin);
+        let cut_on_of = |duct: &DuctAt| {
+            let diameter = (4.0 * duct.area[0].max(duct.area[1]) / PI).sqrt();
+            let gas = self.rig.gas.at(duct.temperature_at(0.5).unwrap_or(ambient), self.rig.pressure);
+            (CUT_ON * gas.sound_speed / (PI * diameter), diameter)
+        };
+        let (cut_on, widest) = rig.ducts.iter().map(cut_on_of).min_by(|a, b| a.0.total_cmp(&b.0))?;
         let of_waves = list.iter().filter(|r| !matches!(r.what, ResponseKind::Law { .. }));
         let highest = of_waves.flat_map(|r| r.frequency_hz.last()).fold(0.0, |a: f64, f| a.max(*f));
         let taken = |stage: &ResponseStage| stage.band_hz.map_or(f64::INFINITY, |[_, high]| high);

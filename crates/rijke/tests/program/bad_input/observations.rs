@@ -184,7 +184,7 @@ pub(super) const CASES: [Case; 24] = [
             fs::write(path, format!("{text}{again}\n")).unwrap();
         },
         RANK,
-        ["pings.csv, line 6", "`mode of", "several rows of one point are several modes"],
+        ["pings.csv, line 6", "`mode of", "give each a label in the column `mode`"],
     ),
     case(
         "line that is too short",
