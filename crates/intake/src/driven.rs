@@ -82,24 +82,7 @@ pub(crate) fn driven(
         };
         let text = rows_of(&heard.frequency_hz, names, "", cells, &["_re", "_im", "_sd"]);
         files.push((format!("pressures/{point}.csv"), text));
-        let (used, of) = (heard.frequency_hz.len(), heard.frequency_hz.len() + heard.left_out);
-        let middle = heard.median_sd();
-        let every = if is_whole { format!(" of {of}") } else { String::new() };
-        tell.say(format!(
-            "{point}: {used}{every} frequencies, relative standard deviation {middle:.1e} (median)"
-        ));
-        for (name, share) in
-            names.iter().zip(&heard.of_the_source).filter(|(_, share)| **share < HEARS_LITTLE)
-        {
-            tell.note(format!(
-                "warning: {point}: {:.0} % of what {name} hears is the sound that the microphones have in common (median over the frequencies): if it is dead, \
-                 leave it out of rig.toml and `channels`",
-                100.0 * share
-            ));
-        }
-        points.push(
-            json!({ "point": point, "frequencies": used, "left_out": heard.left_out, "relative_sd": middle }),
-        );
+        points.push(tell_heard(point, &heard, names, is_whole, tell));
         let Some(specimen) = &driven.transmission else { continue };
         let (text, bands) = transmission(&heard, specimen, study, index, records)?;
         files.push((format!("transmission/{point}.csv"), text));
@@ -141,6 +124,28 @@ pub(crate) fn driven(
     files.push(("observations.toml".to_owned(), toml));
     let answer = json!({ "pairs": pairs, "points": points, "transmission": losses, "empty": checks });
     Ok((files, answer))
+}
+
+/// Says what was heard at an operating point, of which `is_whole` sounds leave frequencies out, and which
+/// microphones heard little of it.
+fn tell_heard(
+    point: &str,
+    heard: &RelativePressures,
+    names: &[String],
+    is_whole: bool,
+    tell: &dyn Tell,
+) -> Value {
+    let (used, left_out, middle) = (heard.frequency_hz.len(), heard.left_out, heard.median_sd());
+    let of = if is_whole { format!(" of {}", used + left_out) } else { String::new() };
+    tell.say(format!("{point}: {used}{of} frequencies, relative standard deviation {middle:.1e} (median)"));
+    for (name, share) in names.iter().zip(&heard.of_the_source).filter(|(_, share)| **share < HEARS_LITTLE) {
+        tell.note(format!(
+            "warning: {point}: {:.0} % of what {name} hears is the sound that the microphones have in common (median over the frequencies): if it is dead, \
+             leave it out of rig.toml and `channels`",
+            100.0 * share
+        ));
+    }
+    json!({ "point": point, "frequencies": used, "left_out": left_out, "relative_sd": middle })
 }
 
 /// The records of a manifest, on their way to spectra.

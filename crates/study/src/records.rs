@@ -39,7 +39,6 @@ impl Study {
             let need = "give [microphones] with at = [...] to process records";
             return Err(fail(StudyProblem::Empty { what: "microphone", need }));
         }
-        let widest = layout.ducts.iter().flat_map(|d| d.area).fold(0.0, f64::max);
         let gas = match &self.rig.gas {
             GasModel::Real(gas) => gas.clone(),
             perfect @ GasModel::Perfect { .. } => {
@@ -57,10 +56,7 @@ impl Study {
         Ok(Apparatus {
             name: self.plan.name.clone(),
             source: "study".into(),
-            duct: DuctSize {
-                length: layout.length,
-                inner_diameter: (4.0 * widest / std::f64::consts::PI).sqrt(),
-            },
+            duct: DuctSize { length: layout.length, inner_diameter: layout.widest() },
             gas,
             pressure: self.rig.pressure,
             microphones: Microphones {

@@ -181,8 +181,10 @@ impl ModeCase {
         let by = match &model {
             Some(model) => {
                 let all = model.candidates.values().cloned().collect::<Vec<_>>().join(", ");
-                let earlier = name.filter(|name| Some(*name) != last);
-                earlier.map_or_else(|| all.clone(), |name| format!("{all} (of stage `{name}`)"))
+                match name.filter(|name| Some(*name) != last) {
+                    Some(earlier) => format!("{all} (of stage `{earlier}`)"),
+                    None => all,
+                }
             }
             None => "the first candidates, at the centre of their priors".to_owned(),
         };

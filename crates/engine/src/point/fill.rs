@@ -158,7 +158,7 @@ impl<'m> Coefficients for Filled<'m> {
             has.then_some(Acting { law: k, owner, formula: &effect.law })
         };
         let acting: Vec<Acting<'_>> = self.in_order().filter_map(acting).collect();
-        let mut all = poles(&acting, region, |k, part, s| {
+        let mut all = poles(&acting, region, self.model.spacing, |k, part, s| {
             let law = &self.model.laws[k];
             let s = ComplexDual { value: s, slope: C64::ONE };
             let mut analytic: [Option<&ComplexDual>; NAMES] = [None; NAMES];

@@ -3,6 +3,7 @@
 use super::cuts::Piece;
 use super::fill::Filled;
 use super::model::PointModel;
+use super::poles::SAMPLES;
 use super::spread::SpreadAt;
 use crate::EngineError;
 use crate::conditions::Conditions;
@@ -177,8 +178,7 @@ impl Filled<'_> {
                 let jet = heard.open_loop(&at, &laws);
                 jet.map_or([C64::ONE, C64::ZERO], |jet| [jet.value(), jet.gradient()[0]])
             };
-            let size = (region.sigma[1] - region.sigma[0]) + (region.omega[1] - region.omega[0]);
-            let step = (0.25 * PI / heard.travel_time().max(1e-9)).min(size / SAMPLES);
+            let step = (0.25 * PI / heard.travel_time().max(1e-9)).min(self.model().spacing / SAMPLES);
             let zeros = zeros_of(open_loop, region, step, poles)?;
             all.extend(zeros.into_iter().map(|(at, order)| Pole { law: first + 2 * h, at, order }));
         }
@@ -190,6 +190,3 @@ impl Filled<'_> {
         Ok(())
     }
 }
-
-/// Samples round a region at least, as for other laws.
-const SAMPLES: f64 = 400.0;

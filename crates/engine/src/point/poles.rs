@@ -5,8 +5,9 @@ use rijke_network::{Pole, Region, zeros_of};
 use rijke_numerics::C64;
 use rijke_study::names::{FLANGED, LEVINE_SCHWINGER, WALL_EP, WALL_MU};
 
-/// Samples round a region at least: laws of devices vary more slowly than waves.
-const SAMPLES: f64 = 400.0;
+/// Samples from one mode to the next at least, along the border of a region: laws of devices seldom vary as
+/// fast as waves, and where they do more samples are taken.
+pub(super) const SAMPLES: f64 = 20.0;
 
 /// Poles of one place that are one, relative to |s|.
 const SAME: f64 = 1e-6;
@@ -20,14 +21,15 @@ pub(crate) struct Acting<'a> {
     pub(crate) formula: &'a Formula,
 }
 
-/// The poles of the laws in a region. `evaluate` gives a part of a law and its derivative at s. Of a part
-/// whose zeros cannot be found there are none; the count of modes then says that a pole is missing.
+/// The poles of the laws in a region, where modes lie about `spacing` from each other, rad/s. `evaluate`
+/// gives a part of a law and its derivative at s. Of a part whose zeros cannot be found there are none; the
+/// count of modes then says that a pole is missing.
 pub(crate) fn poles(
     laws: &[Acting<'_>],
     region: &Region,
+    spacing: f64,
     evaluate: impl Fn(usize, &Formula, C64) -> [C64; 2],
 ) -> Vec<Pole> {
-    let border = (region.sigma[1] - region.sigma[0]) + (region.omega[1] - region.omega[0]);
     let mut all: Vec<(Pole, [usize; 2])> = Vec::new();
     for Acting { law, owner, formula } in laws {
         let mut found: Vec<(C64, usize)> = Vec::new();
@@ -35,7 +37,7 @@ pub(crate) fn poles(
             if [WALL_MU, WALL_EP, LEVINE_SCHWINGER, FLANGED].iter().any(|name| part.uses(*name)) {
                 continue;
             }
-            let zeros = zeros_of(|s| evaluate(*law, &part, s), region, border / SAMPLES, found.clone());
+            let zeros = zeros_of(|s| evaluate(*law, &part, s), region, spacing / SAMPLES, found.clone());
             let new = |z: &(C64, usize)| found.iter().all(|f| (f.0 - z.0).norm() > SAME * z.0.norm());
             let zeros: Vec<_> = zeros.unwrap_or_default().into_iter().filter(new).collect();
             found.extend(zeros);

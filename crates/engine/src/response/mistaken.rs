@@ -91,19 +91,21 @@ fn each(data: &Selected, of: impl Fn(&ResponseKind) -> bool, change: impl Fn(&C6
 
 /// The data with transfer functions the other way round; none without any.
 fn inverted(data: &Selected) -> Option<Undone> {
-    let ratio = |what: &ResponseKind| matches!(what, ResponseKind::Transfer { .. });
-    let all = || data.measured.iter().zip(&data.whats).filter(|(_, what)| ratio(what)).map(|(m, _)| m);
-    if all().next().is_none() || all().any(|m| m.values.contains(&C64::ZERO)) {
+    let mut ratios = Vec::new();
+    let one = |(m, what): (&Measured, &ResponseKind)| {
+        if !matches!(what, ResponseKind::Transfer { .. }) {
+            return m.clone();
+        }
+        ratios.extend(m.values.iter().map(|z| z.norm()));
+        let sd = m.sd.iter().zip(&m.values).map(|(sd, z)| sd / z.norm_sqr()).collect();
+        Measured { values: m.values.iter().map(C64::inv).collect(), sd, ..m.clone() }
+    };
+    let turned = data.measured.iter().zip(&data.whats).map(one).collect();
+    if ratios.is_empty() || ratios.contains(&0.0) {
         return None;
     }
-    let mut turned = each(data, ratio, C64::inv);
-    for ((m, what), turned) in data.measured.iter().zip(&data.whats).zip(&mut turned) {
-        if ratio(what) {
-            turned.sd = m.sd.iter().zip(&m.values).map(|(sd, z)| sd / z.norm_sqr()).collect();
-        }
-    }
     // Both parts of a number.
-    let ln_scale = all().flat_map(|m| &m.values).map(|z| -4.0 * z.norm().ln()).sum();
+    let ln_scale = ratios.iter().map(|size: &f64| -4.0 * size.ln()).sum();
     let said = "the inverses of these transfer functions have GAIN nats more: `to` is the microphone above the fraction line, `from` that below; look whether \
                 the two were exchanged";
     Some((turned, ln_scale, said.to_owned()))

@@ -85,9 +85,10 @@ impl Apart<'_> {
         self.points.contains(&id)
     }
 
-    /// The frequency of a gas grows as the square root of its temperature.
+    /// A sentence without its stop, with the change of temperature that would explain it.
     pub(super) fn said(&self) -> String {
         let Self { day, points, higher, ambient, .. } = self;
+        // Frequencies grow as the square root of the temperature.
         let kelvin = (ambient * ((1.0 + higher).powi(2) - 1.0)).abs();
         let (above, warmer) = if *higher > 0.0 { ("above", "warmer") } else { ("below", "colder") };
         // In so few digits that all models say the same.

@@ -83,7 +83,8 @@ fn exchanged(shape: &Shape<'_>, pair: [usize; 2], reference: usize) -> Option<Ve
     Some(right.iter().zip(&shape.heard).map(|((m, z), h)| (*m, z - (h.1 - h.2))).collect())
 }
 
-fn rms(values: impl Iterator<Item = f64>) -> f64 {
+/// Root mean square.
+pub(super) fn rms(values: impl Iterator<Item = f64>) -> f64 {
     let (count, sum) = values.fold((0_u32, 0.0), |(n, sum), v| (n + 1, sum + v * v));
     (sum / f64::from(count.max(1))).sqrt()
 }

@@ -2,6 +2,7 @@
 //! convention of time: by training again with the data turned.
 
 use super::course::{Chosen, Run, StandsOn, Trusted};
+use super::shapes::rms;
 use crate::noise::measured_sd;
 use crate::observed::Used;
 use crate::rows::Row;
@@ -205,11 +206,6 @@ fn spread(all: &[f64]) -> f64 {
     let n = all.len().max(1) as f64;
     let mean = all.iter().sum::<f64>() / n;
     (all.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / n).sqrt()
-}
-
-/// Root mean square.
-fn rms(all: impl Iterator<Item = f64> + Clone) -> f64 {
-    (all.clone().map(|v| v * v).sum::<f64>() / all.count().max(1) as f64).sqrt()
 }
 
 /// The covariance of numbers, each multiplied by a factor.

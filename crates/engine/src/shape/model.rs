@@ -27,6 +27,8 @@ pub struct ShapeModel<'a> {
     pub(crate) pressure: f64,
     /// Mass flow through the ducts, kg/s.
     pub(crate) mass_flow: f64,
+    /// About how far modes lie from each other, rad/s.
+    pub(crate) spacing: f64,
     /// What laws see, by duct of the upstream side and that of the downstream side.
     pub(crate) surroundings: Vec<([usize; 2], Vec<f64>)>,
     /// Place in the network of every instrument.
@@ -146,6 +148,7 @@ impl<'a> ShapeModel<'a> {
             temperatures: layout.ducts.iter().map(|d| base.temperatures(d.span[0])[1]).collect(),
             pressure: base.pressure,
             mass_flow: base.mass_flow,
+            spacing: std::f64::consts::PI / base.travel_time(0.0, layout.length),
             surroundings: Vec::new(),
             microphones: instruments.iter().map(|x| nearest(*x)).collect(),
         };

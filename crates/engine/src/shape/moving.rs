@@ -52,7 +52,7 @@ impl Coefficients for Moving<'_> {
             (!acts.place.is_along()).then_some(Acting { law: k, owner, formula: &acts.law })
         };
         let acting: Vec<Acting<'_>> = self.model.laws.iter().enumerate().filter_map(acting).collect();
-        Ok(poles(&acting, region, |k, part, s| {
+        Ok(poles(&acting, region, self.model.spacing, |k, part, s| {
             let LawOf::Effect { candidate, effect, around } = self.model.laws[k] else {
                 return [C64::ONE; 2];
             };

@@ -1,7 +1,8 @@
-//! Pressures of one source at three or more channels, each of which has noise of its own, from cross spectra.
+//! Pressures of one source at several channels, each of which has noise of its own, from cross spectra.
 
 use super::spectra::Spectra;
 use rijke_numerics::C64;
+use std::iter;
 
 /// Sweeps over the channels, of which each brings a channel to where the others put it.
 const SWEEPS: usize = 60;
@@ -14,14 +15,48 @@ const BESIDE: usize = 4;
 pub(super) struct OneSource {
     pub(super) pressures: Vec<Vec<C64>>,
     pub(super) relative_sd: Vec<Vec<f64>>,
+    /// The share of the power of a channel that is the source's.
+    share: Vec<Vec<f64>>,
 }
 
 impl OneSource {
-    /// Of the first `channels` channels, three or more: the p with the least sum of |S_ij - conj(p_i) p_j|^2
+    /// Of the first `channels` channels: of three or more by what all have in common, of two by the root of
+    /// the ratio of their spectra.
+    pub(super) fn of(found: &Spectra, channels: usize) -> Self {
+        if channels > 2 { Self::of_several(found, channels) } else { Self::of_two(found, channels) }
+    }
+
+    /// The median share of each channel at the frequencies `used`.
+    pub(super) fn shares(&self, used: &[usize]) -> Vec<f64> {
+        let median = |c: usize| {
+            let mut all: Vec<f64> = used.iter().map(|k| self.share[*k][c]).collect();
+            all.sort_by(f64::total_cmp);
+            all.get(all.len() / 2).copied().unwrap_or(1.0)
+        };
+        (0..self.share.first().map_or(0, Vec::len)).map(median).collect()
+    }
+
+    /// Of one or two channels, whose noise is taken for alike, so that nothing is told of their shares.
+    fn of_two(found: &Spectra, channels: usize) -> Self {
+        let all: Vec<_> = (1..channels).map(|c| found.transfer(0, c)).collect();
+        let over = |k: usize| all.iter().map(move |transfer| transfer[k]);
+        let each = || 0..found.frequency_hz.len();
+        Self {
+            pressures: each()
+                .map(|k| iter::once(C64::ONE).chain(over(k).map(|h| h.even())).collect())
+                .collect(),
+            relative_sd: each()
+                .map(|k| iter::once(0.0).chain(over(k).map(|h| h.relative_sd)).collect())
+                .collect(),
+            share: each().map(|_| vec![1.0; channels]).collect(),
+        }
+    }
+
+    /// The p with the least sum of |S_ij - conj(p_i) p_j|^2
     /// over the pairs i != j of cross spectra S (Harman & Jones, Psychometrika 31 (1966) 351, a factor
     /// analysis with one factor). What a channel hears alone stands on the diagonal only, and does not bias p
     /// as it does a cross spectrum over a spectrum.
-    pub(super) fn of(found: &Spectra, channels: usize) -> Self {
+    fn of_several(found: &Spectra, channels: usize) -> Self {
         let pressures: Vec<Vec<C64>> = found.cross.iter().map(|sums| factor(sums, channels)).collect();
         let near = |k: usize| k.saturating_sub(BESIDE)..(k + BESIDE + 1).min(pressures.len());
         let mean = |k: usize, of: &dyn Fn(usize) -> f64| near(k).map(of).sum::<f64>() / near(k).len() as f64;
@@ -53,8 +88,13 @@ impl OneSource {
             // Rounding is not less.
             variance.max(1e-12).sqrt()
         };
-        let relative_sd = (0..pressures.len()).map(|k| (0..channels).map(|c| sd(k, c)).collect()).collect();
-        Self { pressures, relative_sd }
+        let share =
+            |k: usize, c: usize| pressures[k][c].norm_sqr() / found.cross[k][c][c].re.max(f64::MIN_POSITIVE);
+        let all = |of: &dyn Fn(usize, usize) -> f64| -> Vec<Vec<f64>> {
+            (0..pressures.len()).map(|k| (0..channels).map(|c| of(k, c)).collect()).collect()
+        };
+        let (relative_sd, share) = (all(&sd), all(&share));
+        Self { pressures, relative_sd, share }
     }
 }
 

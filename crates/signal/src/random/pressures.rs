@@ -7,7 +7,6 @@ use super::switched::SwitchedGains;
 use rijke_numerics::C64;
 use rijke_rig::StatedChannels;
 use std::f64::consts::TAU;
-use std::iter;
 
 /// Gains of the channels.
 #[derive(Clone, Debug, PartialEq)]
@@ -76,18 +75,14 @@ impl RelativePressures {
     /// with one factor), of two by the root of the ratio of their spectra.
     #[must_use]
     pub fn of_noise(found: Spectra, microphones: usize, gains: &ChannelGains) -> Self {
-        let heard =
-            if microphones > 2 { OneSource::of(&found, microphones) } else { of_two(&found, microphones) };
+        let heard = OneSource::of(&found, microphones);
         let row = |(k, (heard, sds)): (usize, (&Vec<C64>, &Vec<f64>))| {
             let own = heard.iter().copied().zip(sds.iter().copied());
             over_the_first(own, gains, (k, found.frequency_hz[k]))
         };
         let all = heard.pressures.iter().zip(&heard.relative_sd).enumerate();
         let (pressures, relative_sd) = all.step_by(APART).map(row).unzip();
-        let of_the_source = match microphones {
-            0..3 => vec![1.0; microphones],
-            _ => shares(&heard, &found, 0..found.frequency_hz.len()),
-        };
+        let of_the_source = heard.shares(&Vec::from_iter(0..found.frequency_hz.len()));
         let frequency_hz = found.frequency_hz.iter().copied().step_by(APART).collect();
         Self { frequency_hz, pressures, relative_sd, left_out: 0, of_the_source }
     }
@@ -116,10 +111,7 @@ impl RelativePressures {
         let left_out = all.len() - used.len();
         let frequency_hz = used.iter().map(|&k| all[k]).collect();
         let microphones = found.fields.first().map_or(0, |field| field.pressures.len());
-        let of_the_source = match microphones {
-            0..3 => vec![1.0; microphones],
-            _ => shares(&OneSource::of(&found.spectra, microphones), &found.spectra, used.into_iter()),
-        };
+        let of_the_source = OneSource::of(&found.spectra, microphones).shares(&used);
         Ok(Self { frequency_hz, pressures, relative_sd, left_out, of_the_source })
     }
 
@@ -130,19 +122,6 @@ impl RelativePressures {
         sds.sort_by(f64::total_cmp);
         sds.get(sds.len() / 2).copied().unwrap_or(f64::NAN)
     }
-}
-
-/// [`RelativePressures::of_the_source`], at the frequencies `used`.
-fn shares(of_all: &OneSource, found: &Spectra, used: impl Iterator<Item = usize>) -> Vec<f64> {
-    let used: Vec<usize> = used.collect();
-    let median = |c: usize| {
-        let share =
-            |k: &usize| of_all.pressures[*k][c].norm_sqr() / found.cross[*k][c][c].re.max(f64::MIN_POSITIVE);
-        let mut all: Vec<f64> = used.iter().map(share).collect();
-        all.sort_by(f64::total_cmp);
-        all.get(all.len() / 2).copied().unwrap_or(1.0)
-    };
-    (0..of_all.pressures.first().map_or(0, Vec::len)).map(median).collect()
 }
 
 /// Pressures over the first one, with the gains undone, and their standard deviations; of pressures with
@@ -159,20 +138,6 @@ fn over_the_first(
     let (all, sds): (Vec<C64>, Vec<f64>) = undone.unzip();
     let first = all.first().copied().unwrap_or(C64::ONE);
     (all.into_iter().map(|p| p / first).collect(), sds)
-}
-
-/// Of one or two channels, whose noise is taken for alike.
-fn of_two(found: &Spectra, microphones: usize) -> OneSource {
-    let all: Vec<_> = (1..microphones).map(|c| found.transfer(0, c)).collect();
-    let over = |k: usize| all.iter().map(move |transfer| transfer[k]);
-    let each = 0..found.frequency_hz.len();
-    OneSource {
-        pressures: each
-            .clone()
-            .map(|k| iter::once(C64::ONE).chain(over(k).map(|h| h.even())).collect())
-            .collect(),
-        relative_sd: each.map(|k| iter::once(0.0).chain(over(k).map(|h| h.relative_sd)).collect()).collect(),
-    }
 }
 
 #[cfg(test)]

@@ -72,10 +72,11 @@ impl Plan {
         let mut said = Vec::new();
         let without = || self.stages.iter().filter(|s| !s.base_errors);
         for stage in without() {
-            let of_law = stage.noise.law.is_some().then_some(("law", "the error of a law"));
-            let shared = stage.noise.installation.is_some();
-            let shared = shared.then_some(("installation", "what points of one installation share"));
-            said.extend(of_law.into_iter().chain(shared).map(|(key, what)| {
+            let declared = [
+                ("law", "the error of a law", stage.noise.law.is_some()),
+                ("installation", "what points of one installation share", stage.noise.installation.is_some()),
+            ];
+            said.extend(declared.into_iter().filter(|(.., there)| *there).map(|(key, what, _)| {
                 format!(
                     "study.toml: `noise.{key}` of stage `{}` has no effect, because {what} counts only with `base_errors = true`",
                     stage.id

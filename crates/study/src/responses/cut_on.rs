@@ -4,23 +4,19 @@ use super::{ObservedResponse, ResponseKind, ResponseStage};
 use crate::{DuctAt, Study};
 use std::f64::consts::PI;
 
-/// Temperature at which the rig is looked at, K.
-const LAID_OUT: f64 = 293.15;
-
 /// k a at which the first higher mode of a round duct is cut on: the first zero of J1'.
 const CUT_ON: f64 = 1.841_183_78;
 
 impl Study {
-    /// Responses, and stages that take them, above the cut-on of the first higher mode of a duct, in
-    /// a sentence. What a law of a place alone was measured as does not count.
+    /// Says that stages take responses above the cut-on of the first higher mode of a duct. Those of a law
+    /// alone, such as a flame transfer function, do not count.
     pub(crate) fn above_cut_on(&self, list: &[ObservedResponse]) -> Option<String> {
-        let rig = self.campaign.points.first().and_then(|point| self.rig.at(point, LAID_OUT).ok())?;
-        let ambient =
-            self.campaign.points.first()?.ambient.map_or(self.rig.temperature, |[kelvin, _]| kelvin);
+        let point = self.campaign.points.first()?;
+        let ambient = point.ambient.map_or(self.rig.temperature, |[kelvin, _]| kelvin);
+        let rig = self.rig.at(point, ambient).ok()?;
         let cut_on_of = |duct: &DuctAt| {
-            let diameter = (4.0 * duct.area[0].max(duct.area[1]) / PI).sqrt();
             let gas = self.rig.gas.at(duct.temperature_at(0.5).unwrap_or(ambient), self.rig.pressure);
-            (CUT_ON * gas.sound_speed / (PI * diameter), diameter)
+            (CUT_ON * gas.sound_speed / (PI * duct.widest()), duct.widest())
         };
         let (cut_on, widest) = rig.ducts.iter().map(cut_on_of).min_by(|a, b| a.0.total_cmp(&b.0))?;
         let of_waves = list.iter().filter(|r| !matches!(r.what, ResponseKind::Law { .. }));

@@ -188,8 +188,7 @@ fn inside(name: &dyn Fn() -> String, x: f64, length: f64) -> Result<(), StudyPro
 impl RigAtPoint {
     /// Diameter of the widest duct, m.
     pub(crate) fn widest(&self) -> f64 {
-        let areas = self.ducts.iter().flat_map(|d| d.area);
-        (4.0 * areas.fold(0.0, f64::max) / PI).sqrt()
+        self.ducts.iter().map(DuctAt::widest).fold(0.0, f64::max)
     }
 
     /// The places of a kind of place, and the share of the law at each; along a stretch nothing.
@@ -250,6 +249,11 @@ impl DuctAt {
         let share = ((x - self.span[0]) / (self.span[1] - self.span[0])).clamp(0.0, 1.0);
         let [start, end] = self.area.map(f64::sqrt);
         if start == end { self.area[0] } else { (start + share * (end - start)).powi(2) }
+    }
+
+    /// Diameter at the wider end, m.
+    pub(crate) fn widest(&self) -> f64 {
+        (4.0 * self.area[0].max(self.area[1]) / PI).sqrt()
     }
 
     /// Temperature of the file at `x`, if it says one.
