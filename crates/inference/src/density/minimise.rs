@@ -127,6 +127,11 @@ pub fn minimise(
         let model = simpler.as_ref().unwrap_or(&exact);
         let (step, length, predicted) = model.step(if polishing { f64::INFINITY } else { search.radius });
         if predicted <= rounding && decrement == f64::INFINITY {
+            if simpler.is_some() {
+                // Gauss and Newton's matrix does not see that this is a saddle; the exact one leads away.
+                search.far = false;
+                continue;
+            }
             return Ok(search.end(Stop::Flat { eigenvalue_ratio: exact.ratio() }));
         }
         let trial: Vec<f64> = (0..step.len()).map(|i| search.z[i] + step[i] / search.stretch[i]).collect();

@@ -77,3 +77,30 @@ fn behaviour_a_cap_far_from_the_maximum_is_no_convergence() {
     let fit = posterior.map(&MapOptions { search, start: None }).unwrap();
     assert!(matches!(fit.stop, Stop::EvaluationCap { decrement } if decrement > 1e-4), "{:?}", fit.stop);
 }
+
+/// a^2, whose cost has a saddle at a = 0 where data ask for more than nothing.
+struct Square;
+
+impl Forward for Square {
+    fn predict(&self, a: &[f64], _: Order) -> Result<Prediction, ForwardError> {
+        Ok(Prediction {
+            values: vec![a[0] * a[0]],
+            jacobian: Matrix::from_fn(1, 1, |_, _| 2.0 * a[0]),
+            curvature: vec![2.0],
+        })
+    }
+}
+
+/// At the centre of a symmetric prior the gradient is nothing, and Gauss and Newton's matrix sees a minimum.
+#[test]
+fn exact_a_search_leaves_the_saddle_at_which_it_begins() {
+    let (y, sd, prior) = (0.25, 0.01, 1.0);
+    let observation = Observation::new("square", vec![y]).with_independent_noise(0, &[0]);
+    let data = Data::new(vec![observation], vec![NoiseGroup::fixed("noise", "1", sd)]).unwrap();
+    let parameters = Parameters::new(vec![normal("a", 0.0, prior)]).unwrap();
+    let fit = Posterior::new(&Square, &data, &parameters).unwrap().map(&MapOptions::default()).unwrap();
+    // 2 a^2 (a^2 - y)/sd^2 + a^2/prior^2 = 0.
+    let exact = (y - 0.5 * (sd / prior).powi(2)).sqrt();
+    assert!(fit.stop.converged(), "{:?}", fit.stop);
+    assert!((fit.parameters[0].abs() - exact).abs() < 1e-9, "{} {exact}", fit.parameters[0]);
+}
