@@ -109,6 +109,16 @@ pub enum Fault {
         /// Median of the same over the channels.
         median: f64,
     },
+    /// Two channels are one.
+    #[error(
+        "{} and {} hold the same samples: one signal was wired, or listed in `channels` of the manifest, twice. Correct the list, or write \
+         `dead = [{}]` for the microphone that was not recorded",
+        channels[0], channels[1], channels[1].number()
+    )]
+    SameChannels {
+        /// Both.
+        channels: [Channel; 2],
+    },
     /// A channel holds noise where every other channel holds a signal.
     #[error(
         "{channel} carries no signal: its amplitude is {ratio:.2} times the noise, the median of the channels is {median:.0}. Look after its \
@@ -283,6 +293,20 @@ pub enum Fault {
     /// The oscillation does not decay: its growth rate, 1/s.
     #[error("the oscillation does not decay: growth rate {0:.3} 1/s")]
     NotDecaying(f64),
+    /// A tone that hardly falls.
+    #[error(
+        "no decay: a tone at {frequency_hz:.2} Hz falls by {:.2} % within {seconds:.2} s; a loudspeaker that is not off or a rig that sounds by \
+         itself goes on like this. A mode that does decay so slowly needs a longer record",
+        100.0 * fall
+    )]
+    GoesOn {
+        /// Frequency of the tone, Hz.
+        frequency_hz: f64,
+        /// Time for which it was fitted, s.
+        seconds: f64,
+        /// Share of its amplitude that it loses within that time.
+        fall: f64,
+    },
     /// The loudspeaker goes on.
     #[error(
         "the loudspeaker is not off: after the forcing a tone at {frequency_hz:.1} Hz goes on with {:.1} % of its amplitude. Switch the \

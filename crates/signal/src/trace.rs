@@ -140,6 +140,11 @@ impl Trace<'_> {
         for (channel, (samples, extremes)) in self.channels.iter().zip(extremes).enumerate() {
             self.screen_channel(channel, samples, extremes, median)?;
         }
+        for (second, samples) in self.channels.iter().enumerate() {
+            if let Some(first) = self.channels[..second].iter().position(|other| other == samples) {
+                return Err(Fault::SameChannels { channels: [first.into(), second.into()] });
+            }
+        }
         Ok(())
     }
 

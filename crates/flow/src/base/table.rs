@@ -7,8 +7,8 @@ use std::path::Path;
 /// A row: its line, the name of the operating point, and the numbers in SI units.
 pub(crate) type Row = (usize, String, Vec<f64>);
 
-/// Reads the columns `point` and `wanted`, each with its SI unit; `sd` is a difference of two numbers of its
-/// unit.
+/// Reads the columns `point` and `wanted`, each with its SI unit; `sd` and `offset_sd` are differences of two
+/// numbers of their unit.
 pub(crate) fn rows(path: &Path, wanted: &[(&str, &str)]) -> Result<Vec<Row>, FlowError> {
     Columns::read(path).and_then(|columns| rows_of(&columns, wanted)).map_err(|error| of_file(path, error))
 }
@@ -18,7 +18,7 @@ fn rows_of(columns: &Columns, wanted: &[(&str, &str)]) -> Result<Vec<Row>, RigEr
     columns.only(&names)?;
     let points = columns.words("point")?;
     let column = |(name, unit): &(&str, &str)| match *name {
-        "sd" => columns.differences(name, unit),
+        "sd" | "offset_sd" => columns.differences(name, unit),
         _ => columns.numbers(name, unit),
     };
     let numbers: Vec<Vec<f64>> = wanted.iter().map(column).collect::<Result<_, _>>()?;
@@ -29,12 +29,15 @@ fn rows_of(columns: &Columns, wanted: &[(&str, &str)]) -> Result<Vec<Row>, RigEr
 }
 
 /// Readings of a file whose quantity is a temperature (K) or a speed of sound (m/s), by the column that it
-/// has: whether it is a speed, and rows with place (m), reading and standard deviation.
+/// has: whether it is a speed, and rows with place (m), reading, standard deviation and, if there is a column
+/// of it, that of the error that all readings have in common.
 pub(crate) fn readings(path: &Path) -> Result<(bool, Vec<Row>), FlowError> {
     let read = |columns: Columns| {
         let by_speed = columns.has("sound_speed") && !columns.has("temperature");
         let (name, unit) = if by_speed { ("sound_speed", "m/s") } else { ("temperature", "K") };
-        Ok((by_speed, rows_of(&columns, &[("at", "m"), (name, unit), ("sd", unit)])?))
+        let offset = columns.has("offset_sd").then_some(("offset_sd", unit));
+        let wanted: Vec<_> = [("at", "m"), (name, unit), ("sd", unit)].into_iter().chain(offset).collect();
+        Ok((by_speed, rows_of(&columns, &wanted)?))
     };
     Columns::read(path).and_then(read).map_err(|error| of_file(path, error))
 }

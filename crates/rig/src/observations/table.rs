@@ -9,7 +9,7 @@
 use super::channels::ChannelErrors;
 use super::factors::headings;
 use super::observation::{Click, Observations, Ping, PointObservations, Rejection};
-use super::row::{CAMPAIGN, Row, by_name, read_csv, read_csv_if_there};
+use super::row::{CAMPAIGN, Row, by_name, read_csv_if_there};
 use crate::apparatus::geometry::{Apparatus, Microphones};
 use crate::apparatus::point::OperatingPoint;
 use crate::error::RigError;
@@ -112,9 +112,10 @@ impl Observations {
         let path = folder.join("pings.csv");
         let mut meant = header_of(&path, &columns)?;
         let drift = meant.len();
-        let drifts = read_text(&path)?.lines().next().is_some_and(|line| line.contains(DRIFT));
+        let drifts =
+            path.exists() && read_text(&path)?.lines().next().is_some_and(|line| line.contains(DRIFT));
         meant.extend(drifts.then(|| DRIFT.to_owned()));
-        for row in read_csv(&path, &meant)? {
+        for row in read_csv_if_there(&path, &meant)? {
             let (values, covariance) = row.measured(1, columns.len(), 2)?;
             let point = &mut points[row.known(&index)?];
             point.ping = Some(Ping::from_vector(&values, reference, covariance));

@@ -59,6 +59,9 @@ impl Fault {
         if let Self::GainsApart { channels, .. } = &mut self {
             channels.iter_mut().for_each(|channel| channel.call(others));
         }
+        if let Self::SameChannels { channels } = &mut self {
+            channels.iter_mut().for_each(|channel| channel.call(others));
+        }
         self
     }
 }

@@ -17,6 +17,8 @@ use rijke_numerics::C64;
 
 /// A second mode nearer than this, with a drift beside it, is no mode of a rig, Hz.
 const TOUCHING_HZ: f64 = 2.0;
+/// A tone that loses less of its amplitude while it is fitted is no decay: one that goes on fits as well.
+const LEAST_FALL: f64 = 0.05;
 
 /// The maximum-likelihood fit together with what it was made from.
 pub(super) struct Fitted {
@@ -77,6 +79,11 @@ impl Fitted {
             return Err(Fault::NotDecaying(s.re));
         }
         let (from, to) = self.rows;
+        let seconds = (to - from) as f64 * self.step;
+        let fall = 1.0 - (s.re * seconds).exp();
+        if fall < LEAST_FALL {
+            return Err(Fault::GoesOn { frequency_hz: s.im / std::f64::consts::TAU, seconds, fall });
+        }
         let at = |row: usize| (self.offset + row) as f64 * self.step;
         let (unwhiten, log_slopes) = self.whitener.unwhiten(s, self.step);
         let white_amplitudes = &self.solution.amplitudes[0];

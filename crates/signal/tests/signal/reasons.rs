@@ -40,6 +40,29 @@ fn faults() -> Vec<(&'static str, Harm, Vec<f64>, Right)> {
             },
         ),
         (
+            "a loudspeaker that is turned down, not off",
+            |driven, record, share| {
+                let off = driven.switched[0].1;
+                let top = largest(record);
+                for (m, y) in record.iter_mut().enumerate() {
+                    let shape = (0.5 + 0.45 * m as f64).sin();
+                    for (n, v) in y.iter_mut().enumerate() {
+                        let t = n as f64 / driven.rate_hz;
+                        if t > off {
+                            *v += share * top * shape * (TAU * driven.forcing_hz * t).cos();
+                        }
+                    }
+                }
+            },
+            vec![0.3, 0.5, 0.8],
+            |fault| {
+                let names_it = matches!(fault, Fault::NotFree { .. } | Fault::SecondExcitation { .. });
+                let goes_on = matches!(fault, Fault::GoesOn { .. } | Fault::NotDecaying(_));
+                let steady = matches!(fault, Fault::Unstable(Unstable::Oscillates { .. }));
+                names_it || goes_on || steady || matches!(fault, Fault::StillDriven { .. })
+            },
+        ),
+        (
             "saturation",
             |_, record, share| {
                 let top = largest(record);

@@ -91,7 +91,7 @@ pub(super) fn runs(
             let times = ramps.iter().enumerate().filter_map(|(k, ramp)| Some((k, ramp.time_of(&state.id)?)));
             state.moment = { times }.next();
         }
-        let run = SettledRun { heater, states, common, ramps }.checked(&pipe)?;
+        let run = SettledRun { heater, states, common, offset_sd: along.offset_sd, ramps }.checked(&pipe)?;
         Ok((pipe, run))
     };
     let runs = places.iter().map(one).collect::<Result<Vec<(Pipe, SettledRun)>, FlowError>>()?;

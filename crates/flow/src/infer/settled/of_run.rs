@@ -124,8 +124,11 @@ impl SettledRun {
         Matrix::from_fn(place.len(), place.len(), |a, b| {
             let ((s, i), (t, j)) = (place[a], place[b]);
             let own = if s == t { self.states[s].noise[(i, j)] } else { 0.0 };
-            let (m, n) = (arrival(place[a]), arrival(place[b]));
-            own + m.zip(n).map_or(0.0, |(m, n)| self.common[(m, n)])
+            own + match (arrival(place[a]), arrival(place[b])) {
+                (Some(m), Some(n)) => self.common[(m, n)],
+                (None, None) => self.offset_sd.powi(2),
+                _ => 0.0,
+            }
         })
     }
 }

@@ -12,10 +12,13 @@ pub(crate) type OfPoint = Vec<(SensorKind, f64, f64)>;
 /// Readings along the tube by operating point: `readings.csv` beside the observations.
 ///
 /// One row per reading, with the columns `point`, `at [m]`, `temperature [K]` or `sound_speed [m/s]`, and
-/// `sd`, the standard deviation of the reading in its unit, errors of calibration included.
+/// `sd`, the standard deviation of the reading in its unit by itself; with `offset_sd`, one number in all
+/// rows, that of an error that all readings have in common, of a reference junction say.
 #[derive(Clone, Debug, Default)]
 pub struct Readings {
     pub(crate) points: BTreeMap<String, OfPoint>,
+    /// Standard deviation of the common error, K or m/s.
+    pub(crate) offset_sd: f64,
 }
 
 impl Readings {
@@ -29,7 +32,13 @@ impl Readings {
     pub fn read(path: &Path, known: &dyn Fn(&str) -> bool) -> Result<Self, FlowError> {
         let (by_speed, rows) = readings(path)?;
         let mut points: BTreeMap<String, OfPoint> = BTreeMap::new();
+        let of = |numbers: &[f64]| numbers.get(3).copied().unwrap_or(0.0);
+        let offset_sd = rows.first().map_or(0.0, |(_, _, numbers)| of(numbers));
         for (line, point, numbers) in rows {
+            if of(&numbers) != offset_sd || !(0.0..=1e3).contains(&offset_sd) {
+                let why = "offset_sd is of an error that all readings have in common: give it one number, from 0 to 1000, in all rows";
+                return Err(at(path, line, why));
+            }
             if !known(&point) {
                 return Err(at(path, line, &format!("points.csv has no operating point `{point}`")));
             }
@@ -44,7 +53,7 @@ impl Readings {
             }
             points.entry(point).or_default().push((kind, value, sd));
         }
-        Ok(Self { points })
+        Ok(Self { points, offset_sd })
     }
 
     pub(crate) fn of(&self, point: &str) -> &[(SensorKind, f64, f64)] {
@@ -82,6 +91,11 @@ mod tests {
             let word = read(&format!("{HEAD}{row}"), name).unwrap_err();
             assert!(word.contains(words) && word.contains("rijke-readings"), "{word}");
         }
+        let offset = "point,at [m],temperature [degC],sd [K],offset_sd [K]\n";
+        let row = "H180-25,0.5,139.35,1.5,3\n";
+        assert_eq!(read(&format!("{offset}{row}{row}"), "offset").unwrap().offset_sd, 3.0);
+        let word = read(&format!("{offset}{row}H180-25,0.6,120,1.5,2\n"), "offsets").unwrap_err();
+        assert!(word.contains("line 3") && word.contains("one number"), "{word}");
         let both = "point,at [m],temperature [K],sound_speed [m/s],sd [K]\nH7-25,0.5,400,380,1\n";
         assert!(read(both, "both").unwrap_err().contains("sound_speed"));
     }

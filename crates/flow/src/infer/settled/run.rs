@@ -40,6 +40,8 @@ pub struct SettledRun {
     /// Covariance of the error that the arrival times of microphones i and j have in common in all states,
     /// s^2.
     pub common: Matrix,
+    /// Standard deviation of the error that all other readings have in common, K or m/s.
+    pub offset_sd: f64,
     /// Runs over time, of which some states are moments.
     pub ramps: Vec<Ramp>,
 }
