@@ -2,7 +2,8 @@
 
 use crate::plan::Base;
 use crate::rig::PartAt;
-use crate::{ObservedModes, Point, Study, StudyError, read_readings};
+use crate::{GasReading, ObservedModes, Point, Study, StudyError, read_readings};
+use rijke_numerics::words::counted;
 use rijke_rig::Observations;
 
 /// The temperature of a day is no nearer to that of a plan than this, K: beyond, one of the two is a slip.
@@ -63,8 +64,8 @@ impl Study {
         }
         let more = missing.len().saturating_sub(NAMED);
         Some(format!(
-            "{} points of stages have no observation: {}{}; they train nothing",
-            missing.len(),
+            "{} of stages without an observation: {}{}; nothing is trained there",
+            counted(missing.len(), "point"),
             missing[..missing.len() - more].join(", "),
             if more > 0 { format!(" and {more} more") } else { String::new() }
         ))
@@ -87,6 +88,34 @@ impl Study {
                 points.len()
             )
         })
+    }
+
+    /// Readings of thermometers that stand in the table again with the same number, in a sentence: copies of a
+    /// row count as measurements of their own.
+    ///
+    /// # Errors
+    /// Those of the readings.
+    pub fn copied_readings(&self) -> Result<Option<String>, StudyError> {
+        let Some(path) = self.readings(false)? else { return Ok(None) };
+        let readings = read_readings(&path, &self.campaign, &self.rig)?;
+        let same = |a: &GasReading, b: &GasReading| {
+            (a.point, a.at, a.temperature, a.sd) == (b.point, b.at, b.temperature, b.sd)
+        };
+        let copies: Vec<&GasReading> = (1..readings.len())
+            .filter(|k| readings[..*k].iter().any(|r| same(r, &readings[*k])))
+            .map(|k| &readings[k])
+            .collect();
+        Ok(copies.first().map(|first| {
+            format!(
+                "{}: {} of {} rows have the point, place and temperature of an earlier one, the first at {}, {:.3} m: if rows were copied, take the copies \
+                 out, because each counts as a reading of its own",
+                path.display(),
+                copies.len(),
+                readings.len(),
+                self.campaign.points[first.point].id,
+                first.at
+            )
+        }))
     }
 
     /// Parts that stand between two thermometers of `[base.measured]` where the gas is much hotter on one
@@ -176,6 +205,9 @@ mod tests {
         );
         observations.modes.pop();
         let lacking = study.unobserved(&observations).unwrap();
-        assert!(lacking.starts_with("1 points of stages have no observation: line-3; they"), "{lacking}");
+        assert!(
+            lacking.starts_with("1 point of stages without an observation: line-3; nothing"),
+            "{lacking}"
+        );
     }
 }

@@ -137,7 +137,11 @@ impl PointState {
             Err(StudyProblem::Value { key: format!("base state of {point}"), value, need })
         };
         if let Some(t) = self.temperature.iter().find(|t| !(**t > 0.0 && **t < HOTTEST)) {
-            return wrong(format!("{t} K"), "a temperature above 0 K and below 10 000 K everywhere");
+            return wrong(
+                format!("{t} K"),
+                "a temperature above 0 K and below 10 000 K everywhere; where thermometers tell it, look at the readings, \
+                 the power and the flow of this point",
+            );
         }
         let errors = self.errors.iter().flat_map(|e| &e.temperature);
         if let Some(t) = errors.into_iter().find(|t| !(-HOTTEST..HOTTEST).contains(*t)) {

@@ -224,6 +224,12 @@ pub enum StudyProblem {
         /// Why.
         reason: String,
     },
+    /// Readings that no heat and no flow have.
+    #[error(
+        "no heat and no flow explain the readings of the thermometers: a reading, a power, a flow or an ambient temperature may be in another unit than \
+         its heading says, or of another point"
+    )]
+    Unexplained,
     /// A covariance that is none.
     #[error("the covariance of {of} is not positive definite; check the sizes and signs of its numbers")]
     Covariance {

@@ -61,6 +61,7 @@ pub(crate) fn warn_of(study: &Study, observations: &ObservedModes, tell: &dyn Te
     warn_of_copies(study, observations, tell);
     tell.warn(&study.idle_channels().map_err(Failed::bad_input)?);
     tell.warn(&study.between_thermometers().map_err(Failed::bad_input)?);
+    tell.warn(study.copied_readings().map_err(Failed::bad_input)?.as_slice());
     study.unobserved(observations).into_iter().for_each(|said| tell.note(said));
     tell.warn(study.other_temperatures(observations).as_slice());
     Ok(())

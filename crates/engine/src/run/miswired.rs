@@ -1,5 +1,5 @@
-//! Microphones that were exchanged, or have the other polarity, at all points: by training again with the
-//! data put right.
+//! Microphones that were exchanged, or have the other polarity, at all points, or at those of a day or of an
+//! installation: by training again with the data put right.
 
 use super::course::{Chosen, Run};
 use super::signs::LEADS;
@@ -7,12 +7,16 @@ use crate::rows::Row;
 use crate::{EngineError, Observed};
 use rijke_numerics::{C64, Jet, Matrix};
 use rijke_study::plan::Stage;
+use std::collections::BTreeSet;
+use std::fmt;
 
 /// Mode shapes that lie nearer to the model than this, root mean square over the pressure of the reference,
 /// ask for nothing: gains are known to some hundredths.
 const FAR: f64 = 0.05;
 /// Data that are put right lie at most this part as far from the model that was fitted to the wrong ones.
 const NEARER: f64 = 0.5;
+/// A fault of some points explains more than one of all points only if it leaves less than this part.
+const SIMPLER: f64 = 0.9;
 
 /// What may be wrong with microphones.
 #[derive(Clone, Copy)]
@@ -49,7 +53,7 @@ impl Run {
         };
         let of_model = found.observed.iter().map(of_model).collect::<Result<Vec<_>, EngineError>>()?;
         let measured: Vec<&Pressures> = found.observed.iter().map(|o| &o.mode.pressures).collect();
-        let as_they_are = distance(&of_model, &measured, |p| Some(p.clone()));
+        let as_they_are = distance(&of_model, &measured, |_, p| Some(p.clone()));
         if as_they_are <= FAR {
             return Ok(None);
         }
@@ -57,26 +61,90 @@ impl Run {
         heard.sort_unstable();
         heard.dedup();
         let reversed = heard.iter().map(|m| Wiring::Reversed(*m));
-        let with = |wiring: Wiring| {
-            (distance(&of_model, &measured, |p| Some(wiring.put_right(p, reference)?.0)), wiring)
+        let wirings: Vec<Wiring> = pairs(&heard).into_iter().map(Wiring::Exchanged).chain(reversed).collect();
+        let mut best: Option<(f64, Wiring, Where)> = None;
+        for at in Where::all(&found.observed) {
+            let there: Vec<bool> = found.observed.iter().map(|o| at.holds(o)).collect();
+            for wiring in &wirings {
+                let right = |k: usize, p: &Pressures| match there[k] {
+                    true => Some(wiring.put_right(p, reference)?.0),
+                    false => None,
+                };
+                let far = distance(&of_model, &measured, right);
+                // Of the same worth, what holds everywhere comes first.
+                if best.as_ref().is_none_or(|(least, ..)| far < SIMPLER * least) {
+                    best = Some((far, *wiring, at.clone()));
+                }
+            }
+        }
+        let Some((_, wiring, at)) = best.filter(|(far, ..)| *far < NEARER * as_they_are) else {
+            return Ok(None);
         };
-        let all = pairs(&heard).into_iter().map(Wiring::Exchanged).chain(reversed).map(with);
-        let best = all.min_by(|a, b| a.0.total_cmp(&b.0));
-        let Some((_, wiring)) = best.filter(|(far, _)| *far < NEARER * as_they_are) else { return Ok(None) };
-        let gain = self.gain(stage, row, found, &|o| wiring.change(o, reference))?;
+        let put_right = |o: &mut Observed| {
+            if at.holds(o) {
+                wiring.change(o, reference)
+            }
+        };
+        let gain = self.gain(stage, row, found, &put_right)?;
         let name = |m: usize| &self.rig.microphones.names[m];
         Ok(gain.filter(|gain| *gain > LEADS).map(|gain| match wiring {
             Wiring::Exchanged([a, b]) => format!(
-                "with microphones {} and {} exchanged at all points this model gains {gain:.1} nats: check whether their channels, or their places in \
+                "with microphones {} and {} exchanged at {at} this model gains {gain:.1} nats: check whether their channels, or their places in \
                  rig.toml, were exchanged",
                 name(a),
                 name(b)
             ),
             Wiring::Reversed(m) => format!(
-                "with the sign of microphone {} turned at all points this model gains {gain:.1} nats: check its polarity",
+                "with the sign of microphone {} turned at {at} this model gains {gain:.1} nats: check its polarity",
                 name(m)
             ),
         }))
+    }
+}
+
+/// The points at which something is wrong.
+#[derive(Clone, PartialEq)]
+enum Where {
+    Everywhere,
+    Installation(String),
+    Day(String),
+}
+
+impl Where {
+    /// Those at which it may be: installations and days that hold several points but not all.
+    fn all(observed: &[Observed]) -> Vec<Self> {
+        let mut all = vec![Self::Everywhere];
+        for o in observed {
+            let point = &o.conditions.point;
+            let own = [Self::Installation(point.installation.clone()), Self::Day(point.day.clone())];
+            for at in own {
+                let points: BTreeSet<&str> =
+                    observed.iter().filter(|o| at.holds(o)).map(|o| o.conditions.id.as_str()).collect();
+                let whole = observed.iter().all(|o| at.holds(o));
+                if points.len() > 1 && !whole && !all.contains(&at) {
+                    all.push(at);
+                }
+            }
+        }
+        all
+    }
+
+    fn holds(&self, o: &Observed) -> bool {
+        match self {
+            Self::Everywhere => true,
+            Self::Installation(name) => o.conditions.point.installation == *name,
+            Self::Day(name) => o.conditions.point.day == *name,
+        }
+    }
+}
+
+impl fmt::Display for Where {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Everywhere => write!(f, "all points"),
+            Self::Installation(name) => write!(f, "all points of installation {name}"),
+            Self::Day(name) => write!(f, "all points of day {name}"),
+        }
     }
 }
 
@@ -90,11 +158,11 @@ pub(super) fn pairs(all: &[usize]) -> Vec<[usize; 2]> {
 fn distance(
     of_model: &[Pressures],
     measured: &[&Pressures],
-    put_right: impl Fn(&Pressures) -> Option<Pressures>,
+    put_right: impl Fn(usize, &Pressures) -> Option<Pressures>,
 ) -> f64 {
     let (mut sum, mut count) = (0.0, 0.0);
-    for (model, measured) in of_model.iter().zip(measured) {
-        for (m, p) in put_right(measured).unwrap_or_else(|| (*measured).clone()) {
+    for (k, (model, measured)) in of_model.iter().zip(measured).enumerate() {
+        for (m, p) in put_right(k, measured).unwrap_or_else(|| (*measured).clone()) {
             if let Some((_, own)) = model.iter().find(|(k, _)| *k == m) {
                 sum += (own - p).norm_sqr();
                 count += 1.0;

@@ -175,7 +175,13 @@ fn exact_tables_of_rational_functions_are_recovered() {
     let short = Table::fit(&noisy[..2], 0.03).unwrap_err();
     assert_eq!(short, TableError::Short { rows: 2 });
     let tangled = [noisy[1], noisy[0], noisy[2]];
-    assert_eq!(Table::fit(&tangled, 0.03).unwrap_err(), TableError::Row { row: 2 });
+    assert_eq!(
+        Table::fit(&tangled, 0.03).unwrap_err(),
+        TableError::Row {
+            row: 2,
+            what: "its frequency is not above that of the row before; sort the rows, one for each frequency"
+        }
+    );
 }
 
 #[test]

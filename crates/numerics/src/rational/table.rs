@@ -44,11 +44,13 @@ pub enum TableError {
         /// How many there are.
         rows: usize,
     },
-    /// Frequencies do not increase, or a number is not finite or negative.
-    #[error("row {row} of the table: frequencies must be positive and increase, gains must not be negative")]
+    /// A number that cannot be.
+    #[error("row {row} of the table: {what}")]
     Row {
         /// The row, from 1.
         row: usize,
+        /// Which, and what to do.
+        what: &'static str,
     },
     /// The tolerance is not reached.
     #[error(
@@ -121,11 +123,23 @@ impl Table {
         }
         let mut last = 0.0;
         for (index, e) in rows.iter().enumerate() {
-            let sound = e.frequency > last && e.frequency.is_finite() && e.phase.is_finite();
-            if !(sound && e.gain >= 0.0 && e.gain.is_finite()) {
-                return Err(TableError::Row { row: index + 1 });
-            }
-            last = e.frequency;
+            let what = match e {
+                e if ![e.frequency, e.gain, e.phase].iter().all(|v| v.is_finite()) => {
+                    "a number is not finite"
+                }
+                e if e.frequency <= 0.0 => "its frequency is not above zero; leave the row out",
+                e if e.frequency <= last => {
+                    "its frequency is not above that of the row before; sort the rows, one for each frequency"
+                }
+                e if e.gain < 0.0 => {
+                    "its gain is negative; if it is a level, write `gain [dB]` in the heading, and if gain and phase were exchanged, correct the heading"
+                }
+                _ => {
+                    last = e.frequency;
+                    continue;
+                }
+            };
+            return Err(TableError::Row { row: index + 1, what });
         }
         let omega: Vec<f64> = rows.iter().map(|e| 2.0 * PI * e.frequency).collect();
         let delay = -phase_slope(rows).min(0.0);

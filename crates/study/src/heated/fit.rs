@@ -89,7 +89,6 @@ pub(super) fn fit(
         of_the_day.entry(r.point).or_insert_with(|| (h, Vec::new())).1.push(r);
     }
     let groups = &Groups { days, places: places(readings), offset_sd, excess_sd };
-    let wrong = || StudyProblem::Covariance { of: "the readings".into() };
     // tau = SCALE tan(pi u/2), u uniform: half a Cauchy distribution, weighted to that of Student.
     let mut nodes = Vec::with_capacity(NODES);
     let centre = prior.map(|p| p[0]);
@@ -97,7 +96,9 @@ pub(super) fn fit(
     for k in 0..NODES {
         let t = (std::f64::consts::FRAC_PI_2 * (k as f64 + 0.5) / NODES as f64).tan();
         let from = |values| given(groups, SCALE * t, prior, values);
-        let mut best = from(values).ok_or_else(wrong)?;
+        // Without scatter, readings that contradict each other drive a fit until numbers overflow: with
+        // scatter they have one.
+        let Some(mut best) = from(values).or_else(|| from(centre)) else { continue };
         // Without scatter, readings that contradict power or flow have their best fit far from all priors,
         // and with scatter another one.
         if (0..VALUES).any(|i| (best.values[i] - centre[i]).abs() > FAR * prior[i][1]) {
@@ -106,6 +107,9 @@ pub(super) fn fit(
         values = best.values;
         let ln_prior = t.mul_add(t, 1.0).ln() - 2.5 * (t * t / 4.0).ln_1p();
         nodes.push((SCALE * t, best.ln_marginal + ln_prior, best));
+    }
+    if nodes.is_empty() {
+        return Err(StudyProblem::Unexplained);
     }
     let most = nodes.iter().map(|n| n.1).fold(f64::NEG_INFINITY, f64::max);
     let total: f64 = nodes.iter().map(|n| (n.1 - most).exp()).sum();

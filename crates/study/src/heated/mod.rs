@@ -280,8 +280,7 @@ fn typical_flow(all: &[Option<Heated>], readings: &[GasReading]) -> Option<[f64;
 /// Independent directions of the error of the first `count` values, one standard deviation each.
 fn components(covariance: &Matrix, count: usize) -> Result<Vec<[f64; VALUES]>, StudyProblem> {
     let symmetric = Matrix::from_fn(count, count, |i, j| 0.5 * (covariance[(i, j)] + covariance[(j, i)]));
-    let (values, vectors) =
-        symmetric_eigen(&symmetric).map_err(|_| StudyProblem::Covariance { of: "the readings".into() })?;
+    let (values, vectors) = symmetric_eigen(&symmetric).map_err(|_| StudyProblem::Unexplained)?;
     let direction = |k: usize| {
         let sd = values[k].max(0.0).sqrt();
         std::array::from_fn(|i| if i < count { vectors[(i, k)] * sd } else { 0.0 })
