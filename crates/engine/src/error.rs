@@ -97,7 +97,7 @@ pub enum EngineError {
     /// Two modes that were followed from measured points are one at a point that was not measured.
     #[error(
         "at operating point {point}: from the points that were measured, the modes `{first}` and `{second}` both lead to the mode at {hertz:.1} Hz: \
-         the point is too far from them; ask for one that is nearer, or list all modes with `rijke modes`"
+         the labels of the measured modes may not be those of one mode each; look at them from point to point, or ask for a point that is nearer"
     )]
     ModesMet {
         /// The operating point.

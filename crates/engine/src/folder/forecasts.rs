@@ -54,7 +54,19 @@ impl Forecasts<'_> {
                 ));
             }
         }
-        let far = beyond(study, model, held, axes);
+        let lost: Vec<&Forecast> = found.iter().filter(|f| f.lost).collect();
+        if let Some(first) = lost.first() {
+            let mode =
+                if first.mode.is_empty() { "the mode".to_owned() } else { format!("mode `{}`", first.mode) };
+            tell.note(format!(
+                "warning: at {} of {} points a mode could not be followed from where it was measured; what stands there may be another one. The first: {mode} \
+                 at {}",
+                how_many(lost.iter().map(|f| &f.point)),
+                how_many(found.iter().map(|f| &f.point)),
+                first.point
+            ));
+        }
+        let far = beyond(study, &model.trained_on, held, axes);
         far.iter().for_each(|far| tell.note(format!("warning: {}", far.words())));
         if !open.is_empty() {
             tell.note(format!(
@@ -82,7 +94,7 @@ impl Forecasts<'_> {
 }
 
 /// How many different points these are.
-pub fn how_many<'a>(points: impl Iterator<Item = &'a String>) -> usize {
+pub fn how_many<T: Ord>(points: impl Iterator<Item = T>) -> usize {
     points.collect::<BTreeSet<_>>().len()
 }
 

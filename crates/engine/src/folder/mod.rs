@@ -8,6 +8,7 @@ mod forecasts;
 mod infer;
 mod modes;
 mod rank;
+mod response_forecasts;
 mod responses;
 mod results;
 mod study;
@@ -18,6 +19,7 @@ pub use forecasts::{Forecasts, forecast_csv, how_many, surroundings};
 pub use infer::{InferredNetwork, infer_networks};
 pub use modes::{ByNoise, FoundModes, ModeLine};
 pub use rank::{Foresee, RankOptions, rank};
+pub use response_forecasts::RankedResponses;
 pub use responses::{ResponseData, ResponseResults, rank_responses};
 pub use results::{Ranked, Results, kept, known_stage, rival_of, warn_of_missing};
 pub use study::{

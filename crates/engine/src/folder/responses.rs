@@ -1,6 +1,6 @@
 //! Stages of a study folder that train on responses: trained in order, their numbers kept.
 
-use super::results::kept;
+use super::results::{keep, kept};
 use super::study::doubts_of;
 use crate::EngineError;
 use crate::response::{Ground, ResponseModelRecord, ResponseRun, ResponseStageRecord};
@@ -91,8 +91,12 @@ pub fn rank_responses(
     for stage in &stages {
         write_within(folder, &format!("numbers/{}.json", stage.id), line(serde_json::to_string(stage))?)?;
     }
+    let grounds = run.grounds();
+    for ground in &grounds {
+        keep(&folder.join("models"), &ground.id, ground)?;
+    }
     stages.iter().for_each(|stage| tell_responses(stage, tell));
-    Ok((ResponseResults { data, stages }, run.grounds()))
+    Ok((ResponseResults { data, stages }, grounds))
 }
 
 /// What is wrong with a study of responses, and who must act.

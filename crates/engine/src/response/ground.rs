@@ -154,6 +154,14 @@ impl Ground {
         })
     }
 
+    /// How probable other maxima of the posterior of its best model are.
+    pub(crate) fn other_maxima(&self) -> Option<String> {
+        let share = self.models.first().map_or(0.0, |m| m.beside.iter().map(|m| m.share).sum::<f64>());
+        (share > 1e-3).then(|| {
+            format!("what is predicted is that of the most probable maximum of the posterior; others have {share:.3} of the probability")
+        })
+    }
+
     /// What is taken for certain though its evidence does not decide it, if `chosen` goes on.
     pub(crate) fn undecided(&self, chosen: &GroundModel) -> Option<String> {
         let at = chosen.evidence.ln_marginal;

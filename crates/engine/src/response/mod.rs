@@ -7,6 +7,7 @@ mod aliases;
 mod channels;
 mod data;
 mod errors;
+mod forecast;
 mod foresight;
 mod ground;
 mod head;
@@ -21,6 +22,7 @@ mod sources;
 mod stage;
 mod train;
 
+pub use forecast::ResponseForecast;
 pub use ground::{Ground, GroundModel};
 pub use record::{ForeseenModel, LoadRecord, ResponseForesight, ResponseModelRecord, ResponseStageRecord};
 pub(crate) use rows::rows_of;

@@ -2,7 +2,7 @@
 
 use super::average::OpenModel;
 use super::combined::{assembly_of, first_model};
-use super::followed::Followed;
+use super::followed::{Followed, Sought};
 use super::inputs::{ambient_of_all, conditions, states};
 use super::meant::observed;
 use super::predicted::{Forecast, averaged};
@@ -106,9 +106,6 @@ pub fn forecast(
     Ok((forecasts, failures))
 }
 
-/// A mode at a point of the campaign: its place, the label of the mode, and where the mode is sought.
-type Sought = (usize, String, Option<C64>);
-
 /// What is known of the points of a study, whatever the model.
 struct Known<'a> {
     study: &'a Study,
@@ -130,7 +127,7 @@ impl<'a> Known<'a> {
 struct Asked<'a> {
     known: &'a Known<'a>,
     model: &'a SavedModel,
-    followed: Followed,
+    followed: Followed<'a>,
     assembly: Assembly,
     posterior: TrainedPosterior,
     misfit: Misfit,
@@ -165,14 +162,14 @@ impl<'a> Asked<'a> {
     }
 
     /// The modes at these points, and the points that cannot have any.
-    fn sought(&self, points: &[usize]) -> (Vec<Sought>, Vec<Unpredicted>) {
+    fn sought(&self, points: &[usize]) -> (Vec<(usize, Sought)>, Vec<Unpredicted>) {
         let values = &self.posterior.gaussian.mean[..self.assembly.parameters().len()];
         let of = |k: &usize| self.followed.sought(&self.assembly, values, &self.conditions(*k)?);
         let found: Vec<_> = points.par_iter().map(of).collect();
         let (mut all, mut lost) = (Vec::new(), Vec::new());
         for (k, found) in points.iter().zip(found) {
             match found {
-                Ok(modes) => all.extend(modes.into_iter().map(|(label, near)| (*k, label, near))),
+                Ok(modes) => all.extend(modes.into_iter().map(|mode| (*k, mode))),
                 Err(why) => {
                     lost.push(Unpredicted { point: self.known.study.campaign.points[*k].id.clone(), why });
                 }
@@ -182,8 +179,8 @@ impl<'a> Asked<'a> {
     }
 
     /// Of these modes, without the others.
-    fn forecasts(&self, sought: &[Sought]) -> (Vec<Forecast>, Vec<Unpredicted>) {
-        let found: Vec<_> = sought.par_iter().map(|(k, label, near)| self.one(*k, label, *near)).collect();
+    fn forecasts(&self, sought: &[(usize, Sought)]) -> (Vec<Forecast>, Vec<Unpredicted>) {
+        let found: Vec<_> = sought.par_iter().map(|(k, mode)| self.one(*k, mode)).collect();
         let (mut forecasts, mut failures) = (Vec::new(), Vec::new());
         for ((k, ..), found) in sought.iter().zip(found) {
             let apart = |own: Forecast| match forecasts.iter().find(|f: &&Forecast| own.is_of_the_mode_of(f))
@@ -213,13 +210,13 @@ impl<'a> Asked<'a> {
         (forecasts, failures)
     }
 
-    fn one(&self, k: usize, label: &str, near: Option<C64>) -> Result<Forecast, EngineError> {
+    fn one(&self, k: usize, Sought { label, near, lost }: &Sought) -> Result<Forecast, EngineError> {
         let conditions = self.conditions(k)?;
         let microphones = &self.known.study.rig.microphones;
         let heard = Some(microphones.reference).filter(|_| !microphones.at.is_empty());
         let law = self.model.law.as_ref();
         let p: PointPrediction =
-            self.posterior.predict(&self.assembly, &conditions, heard.as_slice(), near, law)?;
+            self.posterior.predict(&self.assembly, &conditions, heard.as_slice(), *near, law)?;
         let number = |k: usize| [p.values[k], p.sd(k, &self.misfit), p.sd(k, &Misfit::default())];
         let (growth_rate, point) = (number(0), &self.known.study.campaign.points[k]);
         if growth_rate.iter().chain(&number(1)).any(|v| !v.is_finite()) {
@@ -228,7 +225,8 @@ impl<'a> Asked<'a> {
         let stability_sd = growth_rate[2].hypot(self.own_error);
         Ok(Forecast {
             point: point.id.clone(),
-            mode: label.to_owned(),
+            mode: label.clone(),
+            lost: *lost,
             factors: point.factors.iter().map(|v| Some(*v).filter(|v| v.is_finite())).collect(),
             growth_rate,
             angular_frequency: number(1),

@@ -1,7 +1,6 @@
 //! Points at which the laws of a model are extrapolated.
 
 use super::elsewhere::T_AMB;
-use crate::SavedModel;
 use rijke_study::{Point, Study, unit_behind};
 
 /// A factor of a point beyond those of the points that trained a model.
@@ -43,12 +42,12 @@ impl Beyond {
 const SEASON: f64 = 10.0;
 
 /// The factors of the points at `places` of the campaign, but for those of `axes`, that lie beyond those of
-/// the points that trained `model`, and ambient temperatures that lie far from these.
+/// the points that trained, `trained_on`, and ambient temperatures that lie far from these.
 #[must_use]
-pub fn beyond(study: &Study, model: &SavedModel, places: &[usize], axes: &[usize]) -> Vec<Beyond> {
+pub fn beyond(study: &Study, trained_on: &[String], places: &[usize], axes: &[usize]) -> Vec<Beyond> {
     let campaign = &study.campaign;
     let trained = |of: &dyn Fn(&Point) -> Option<f64>| {
-        let points = model.trained_on.iter().filter_map(|id| campaign.point(id));
+        let points = trained_on.iter().filter_map(|id| campaign.point(id));
         let all = points.filter_map(|(_, point)| of(point)).filter(|v| v.is_finite());
         all.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| [low.min(v), high.max(v)])
     };

@@ -1,21 +1,39 @@
 //! Which mode a prediction is of, and where it is sought at a point where it was not measured.
 
+use super::inputs::conditions;
 use crate::{Assembly, Conditions, EngineError, Observed, PointModel};
-use rijke_numerics::C64;
-use rijke_study::Study;
+use rijke_network::Workspace;
+use rijke_numerics::{C64, Order};
+use rijke_study::{Point, Study};
+use std::sync::Arc;
 
 /// A mode where it was measured.
 struct Seen {
     label: String,
-    point: String,
-    factors: Vec<f64>,
     near: C64,
-    /// Time that sound needs along the rig there, s.
-    travel: f64,
+    conditions: Arc<Conditions>,
 }
 
+/// A mode that is sought at a point.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Sought {
+    /// Its label.
+    pub(super) label: String,
+    /// Where a search for it begins; the usual place if there is none.
+    pub(super) near: Option<C64>,
+    /// Whether it could not be followed from a point where it was measured, so that the search begins where
+    /// it lay there.
+    pub(super) lost: bool,
+}
+
+/// The longest step along which a mode is followed, as a part of the distance between modes.
+const CLOSE: f64 = 0.03;
+/// The shortest step from point to point, as a part of the way.
+const SHORTEST: f64 = 1.0 / 256.0;
+
 /// The modes that a model was trained on, by their labels.
-pub(super) struct Followed {
+pub(super) struct Followed<'a> {
+    study: &'a Study,
     seen: Vec<Seen>,
     /// Labels, in the order in which they were met.
     labels: Vec<String>,
@@ -24,16 +42,14 @@ pub(super) struct Followed {
     ranges: Vec<f64>,
 }
 
-impl Followed {
+impl<'a> Followed<'a> {
     /// Of what was observed, those at the points that `trained`; all where none of them was observed, none
     /// for a model that no point trained.
-    pub(super) fn of(study: &Study, observed: &[Observed], trained: &[String]) -> Self {
+    pub(super) fn of(study: &'a Study, observed: &[Observed], trained: &[String]) -> Self {
         let one = |o: &Observed| Seen {
             label: o.mode.label.clone(),
-            point: o.conditions.id.clone(),
-            factors: o.conditions.point.factors.clone(),
             near: o.near,
-            travel: travel(&o.conditions),
+            conditions: o.conditions.clone(),
         };
         let used = |o: &&Observed| trained.contains(&o.conditions.id);
         let mut seen: Vec<Seen> = observed.iter().filter(used).map(one).collect();
@@ -47,12 +63,12 @@ impl Followed {
             }
         }
         let range = |k: usize| {
-            let all = seen.iter().map(|m| m.factors[k]).filter(|v| v.is_finite());
+            let all = seen.iter().map(|m| m.conditions.point.factors[k]).filter(|v| v.is_finite());
             let (low, high) = all.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)));
             if high > low { high - low } else { 1.0 }
         };
         let ranges = (0..study.campaign.factors.len()).map(range).collect();
-        Self { seen, labels, ranges }
+        Self { study, seen, labels, ranges }
     }
 
     /// The modes that are sought under `conditions`, and where: those that the model was trained on, or,
@@ -66,17 +82,24 @@ impl Followed {
         assembly: &Assembly,
         values: &[f64],
         conditions: &Conditions,
-    ) -> Result<Vec<(String, Option<C64>)>, EngineError> {
+    ) -> Result<Vec<Sought>, EngineError> {
         if !self.labels.is_empty() {
-            return Ok(self
-                .labels
-                .iter()
-                .map(|label| (label.clone(), self.near(label, conditions)))
-                .collect());
+            let one = |label: &String| {
+                let from = self.nearest(label, conditions);
+                let elsewhere = from.filter(|seen| seen.conditions.id != conditions.id);
+                let led = elsewhere.map(|seen| self.led(assembly, values, seen, conditions));
+                let near = led.flatten().or_else(|| from.map(|seen| seen.scaled_to(conditions)));
+                Sought { label: label.clone(), near, lost: led == Some(None) }
+            };
+            return Ok(self.labels.iter().map(one).collect());
         }
         let mut modes = PointModel::new(assembly, conditions, &[])?.modes(values)?;
         modes.sort_by(|a, b| a.im.total_cmp(&b.im));
-        Ok(modes.into_iter().zip(1..).map(|(s, k)| (k.to_string(), Some(s))).collect())
+        Ok(modes
+            .into_iter()
+            .zip(1..)
+            .map(|(s, k): (C64, usize)| Sought { label: k.to_string(), near: Some(s), lost: false })
+            .collect())
     }
 
     /// The labels of the modes.
@@ -88,12 +111,17 @@ impl Followed {
     /// nearest point at which it was, its frequency in proportion to that of sound along the rig. None of a
     /// mode that was never seen.
     pub(super) fn near(&self, label: &str, conditions: &Conditions) -> Option<C64> {
+        self.nearest(label, conditions).map(|seen| seen.scaled_to(conditions))
+    }
+
+    /// The point at which a mode was measured that is nearest to these conditions.
+    fn nearest(&self, label: &str, conditions: &Conditions) -> Option<&Seen> {
         let of_it = || self.seen.iter().filter(|m| m.label == label);
-        if let Some(there) = of_it().find(|m| m.point == conditions.id) {
-            return Some(there.near);
+        if let Some(there) = of_it().find(|m| m.conditions.id == conditions.id) {
+            return Some(there);
         }
         let distance = |mode: &Seen| -> f64 {
-            let pairs = mode.factors.iter().zip(&conditions.point.factors).zip(&self.ranges);
+            let pairs = mode.conditions.point.factors.iter().zip(&conditions.point.factors).zip(&self.ranges);
             let one = |((a, b), range): ((&f64, &f64), &f64)| match (a.is_nan(), b.is_nan()) {
                 (false, false) => ((a - b) / range).powi(2),
                 (true, true) => 0.0,
@@ -102,9 +130,62 @@ impl Followed {
             };
             pairs.map(one).sum()
         };
-        let nearest = of_it().min_by(|a, b| distance(a).total_cmp(&distance(b)))?;
-        Some(C64::new(nearest.near.re, nearest.near.im * nearest.travel / travel(conditions)))
+        of_it().min_by(|a, b| distance(a).total_cmp(&distance(b)))
     }
+
+    /// Where a mode of the model leads from the point at which it was `seen`, along the straight way between
+    /// the factors of both points: in steps so short that it moves by little beside its neighbours. None
+    /// where there is no such way, or where the gas of points between is not known.
+    fn led(&self, assembly: &Assembly, values: &[f64], seen: &Seen, to: &Conditions) -> Option<C64> {
+        let work = &mut Workspace::default();
+        let mut root = |conditions: &Conditions, near: C64| {
+            let model = PointModel::new(assembly, conditions, &[]).ok()?.starting_from(near);
+            let found = model.respond(values, Order::Value, work).ok()?.s.value();
+            Some((found, (found - near).norm() / model.spacing()))
+        };
+        let (mut s, _) = root(&seen.conditions, seen.near)?;
+        let (mut at, mut step, mut here) = (0.0, 1.0_f64, travel(&seen.conditions));
+        while at < 1.0 {
+            let next = (at + step).min(1.0);
+            let between;
+            let there = if next < 1.0 {
+                let point = between_points(&seen.conditions.point, &to.point, next);
+                let ambient = point.ambient.or(Some([self.study.rig.temperature, 0.0]));
+                between = conditions(self.study, &point, None, ambient).ok()?;
+                &between
+            } else {
+                to
+            };
+            let time = travel(there);
+            match root(there, C64::new(s.re, s.im * here / time)) {
+                Some((found, moved)) if moved < CLOSE => {
+                    (s, here, at) = (found, time, next);
+                    step *= 2.0;
+                }
+                _ if step > SHORTEST => step *= 0.5,
+                _ => return None,
+            }
+        }
+        Some(s)
+    }
+}
+
+impl Seen {
+    /// Where the mode lies, its frequency in proportion to that of sound along the rig.
+    fn scaled_to(&self, conditions: &Conditions) -> C64 {
+        C64::new(self.near.re, self.near.im * travel(&self.conditions) / travel(conditions))
+    }
+}
+
+/// The point that lies so much of the way from one to another.
+fn between_points(from: &Point, to: &Point, part: f64) -> Point {
+    let mixed = |a: f64, b: f64| if a.is_finite() && b.is_finite() { a + part * (b - a) } else { b };
+    let mut point = to.clone();
+    point.factors.iter_mut().zip(&from.factors).for_each(|(b, a)| *b = mixed(*a, *b));
+    if let (Some([kelvin, _]), Some([before, _])) = (&mut point.ambient, from.ambient) {
+        *kelvin = mixed(before, *kelvin);
+    }
+    point
 }
 
 fn travel(conditions: &Conditions) -> f64 {

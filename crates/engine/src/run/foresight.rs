@@ -6,8 +6,8 @@ use super::record::UNIDENTIFIED;
 use crate::rows::{Choice, Row};
 use crate::{Assembly, Conditions, EngineError, PointModel};
 use rayon::prelude::*;
-use rijke_network::Workspace;
-use rijke_numerics::{InOrder, Matrix, Order, symmetric_eigen};
+use rijke_network::{Response, Workspace};
+use rijke_numerics::{C64, InOrder, Matrix, Order, symmetric_eigen};
 use rijke_study::plan::Stage;
 use rijke_study::{ObservedModes, Study};
 use serde::Serialize;
@@ -15,6 +15,10 @@ use std::collections::{BTreeMap, BTreeSet};
 
 /// Components of a direction below this are left out of its name.
 const MINOR: f64 = 0.2;
+/// Where the root of a mode is sought whose growth rate was not measured, 1/s.
+const GROWTH_RATE: f64 = -10.0;
+/// Two roots that are closer, relative to their size, are one mode.
+const SAME_MODE: f64 = 1e-6;
 
 /// A stage before its measurements.
 #[derive(Clone, Debug, Serialize)]
@@ -29,6 +33,8 @@ pub struct StageForesight {
     pub observed: Option<usize>,
     /// At how many of them the gas is not known yet: it is taken as ambient and at rest.
     pub assumed: usize,
+    /// At how many of them no mode was measured: one is judged there, the one nearest to half a wavelength.
+    pub alone: usize,
     /// Its models.
     pub models: Vec<Foreseen>,
 }
@@ -94,12 +100,17 @@ pub fn foresight(
         if points.is_empty() {
             return Err(EngineError::NoPoint { stage: stage.id.clone() });
         }
+        let modes = observations.map_or(&[][..], |o| &o.modes);
+        let measured_at = |(k, _): &(usize, &rijke_study::Point)| -> Vec<C64> {
+            modes.iter().filter(|m| m.point == *k).filter_map(|m| m.near(GROWTH_RATE)).collect()
+        };
+        let near: Vec<Vec<C64>> = meant.iter().map(measured_at).collect();
         let rows = rows_of(study, stage, &|id| {
             let stage = done.get(id).map(|(choice, _)| choice);
             stage.or(grounds.get(id)).cloned().into_iter().collect()
         });
         let before: Vec<&Information> = stage.on.iter().filter_map(|id| Some(&done.get(id)?.1)).collect();
-        let one = |row: &Row| foreseen(study, stage, row, &points, &before, sd);
+        let one = |row: &Row| foreseen(study, stage, row, (&points, &near), &before, sd);
         let found = rows.par_iter().map(one).in_order::<Result<Vec<_>, EngineError>>()?;
         let (models, information): (Vec<Foreseen>, Vec<Information>) = found.into_iter().unzip();
         if let (Some(row), Some(first)) = (rows.into_iter().next(), information.into_iter().next()) {
@@ -113,7 +124,8 @@ pub fn foresight(
         };
         let observed = observations.map(seen);
         let (id, title) = (stage.id.clone(), stage.title.clone());
-        all.push(StageForesight { id, title, points: points.len(), observed, assumed, models });
+        let alone = near.iter().filter(|modes| modes.is_empty()).count();
+        all.push(StageForesight { id, title, points: points.len(), observed, assumed, alone, models });
     }
     Ok(all)
 }
@@ -141,13 +153,13 @@ fn foreseen(
     study: &Study,
     stage: &Stage,
     row: &Row,
-    points: &[Conditions],
+    (points, near): (&[Conditions], &[Vec<C64>]),
     before: &[&Information],
     sd: [f64; 3],
 ) -> Result<(Foreseen, Information), EngineError> {
     let assembly = assembly_of(study, &row.choice, &stage.hold)?;
     let list = assembly.parameters();
-    let (own, lost) = information(&assembly, points, sd)?;
+    let (own, lost) = information(&assembly, (points, near), sd)?;
     let n = list.len();
     let mut total = own;
     for known in before {
@@ -198,11 +210,11 @@ fn doubled(study: &Study, assembly: &Assembly, points: &[Conditions]) -> Result<
     Ok(said.into_iter().collect())
 }
 
-/// The information of the points about the free parameters at the centre of their priors, and the points
-/// without a mode there.
+/// The information of the points about the free parameters at the centre of their priors, by the modes that
+/// were measured there or by one, and the points without a mode there.
 fn information(
     assembly: &Assembly,
-    points: &[Conditions],
+    (points, near): (&[Conditions], &[Vec<C64>]),
     sd: [f64; 3],
 ) -> Result<(Matrix, Vec<String>), EngineError> {
     let centre = assembly.centre()?;
@@ -214,25 +226,42 @@ fn information(
         .map(|p| 0.5 * (p.prior.quantile(0.841_344_746) - p.prior.quantile(0.158_655_254)))
         .collect();
     let microphones: Vec<usize> = (0..assembly.rig.microphones.at.len()).collect();
-    let one = |c: &Conditions| -> Result<Option<Matrix>, EngineError> {
+    let one = |(c, measured): (&Conditions, &Vec<C64>)| -> Result<Option<Matrix>, EngineError> {
         let model = PointModel::new(assembly, c, &microphones)?;
         let work = &mut Workspace::default();
-        let found = model.respond(&centre, Order::First, work).or_else(|lost| {
-            // Newton's method may begin where nothing changes with s: the lowest of all modes instead.
-            let all = model.spectrum(&centre, [None, None])?.1.modes.modes;
-            let Some(first) = all.first() else { return Err(lost) };
-            model.respond_near(&centre, first.s, Order::First, work)
-        });
-        let Ok(found) = found else { return Ok(None) };
-        let slopes: Vec<Vec<f64>> = (0..n).map(|k| model.slope(&found, k)).collect();
-        let rows = slopes.first().map_or(0, Vec::len);
-        Ok(Some(Matrix::from_fn(n, n, |i, j| {
-            (0..rows).map(|r| slopes[i][r] * slopes[j][r] / sd[r.min(2)].powi(2)).sum::<f64>()
-                * scale[i]
-                * scale[j]
-        })))
+        let mut found: Vec<Response> = Vec::new();
+        for near in measured {
+            let Ok(mode) = model.respond_near(&centre, *near, Order::First, work) else { continue };
+            let s = mode.s.value();
+            if found.iter().all(|known| (known.s.value() - s).norm() > SAME_MODE * s.norm()) {
+                found.push(mode);
+            }
+        }
+        if measured.is_empty() {
+            let one = model.respond(&centre, Order::First, work).or_else(|lost| {
+                // Newton's method may begin where nothing changes with s: the lowest of all modes instead.
+                let all = model.spectrum(&centre, [None, None])?.1.modes.modes;
+                let Some(first) = all.first() else { return Err(lost) };
+                model.respond_near(&centre, first.s, Order::First, work)
+            });
+            found.extend(one);
+        }
+        if found.is_empty() {
+            return Ok(None);
+        }
+        let mut sum = Matrix::zeros(n, n);
+        for mode in &found {
+            let slopes: Vec<Vec<f64>> = (0..n).map(|k| model.slope(mode, k)).collect();
+            let rows = slopes.first().map_or(0, Vec::len);
+            let told = |i: usize, j: usize| {
+                let each = (0..rows).map(|r| slopes[i][r] * slopes[j][r] / sd[r.min(2)].powi(2));
+                each.sum::<f64>() * scale[i] * scale[j]
+            };
+            sum = Matrix::from_fn(n, n, |i, j| sum[(i, j)] + told(i, j));
+        }
+        Ok(Some(sum))
     };
-    let found = points.par_iter().map(one).in_order::<Result<Vec<_>, EngineError>>()?;
+    let found = points.par_iter().zip(near).map(one).in_order::<Result<Vec<_>, EngineError>>()?;
     let mut total = Matrix::zeros(n, n);
     let mut lost = Vec::new();
     for (information, c) in found.into_iter().zip(points) {

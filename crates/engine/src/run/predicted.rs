@@ -10,6 +10,8 @@ pub struct Forecast {
     pub point: String,
     /// Label of the mode, where points have several.
     pub mode: String,
+    /// Whether the mode could not be followed hither from a point where it was measured: it may be another.
+    pub lost: bool,
     /// Value of every factor, SI; none where it has none.
     pub factors: Vec<Option<f64>>,
     /// Growth rate, 1/s; the standard deviation of a new measurement, and that of the model alone.

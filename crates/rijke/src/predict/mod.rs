@@ -1,8 +1,12 @@
 //! `rijke predict`: what a trained model says of operating points, measured or not.
 
+mod responses;
+
 use crate::condition::{condition, grid};
 use crate::{figure, ui::Ui};
-use rijke_engine::folder::{Forecasts, Ranked, forecast_csv, how_many, of_the_engine, surroundings};
+use rijke_engine::folder::{
+    Forecasts, Ranked, RankedResponses, forecast_csv, how_many, of_the_engine, surroundings,
+};
 use rijke_engine::run::{AskedPoint, forecast, nearest, over_map, stability, with_points};
 use rijke_intake::foresee;
 use rijke_numerics::{Failed, write_output};
@@ -12,18 +16,21 @@ use serde_json::json;
 use std::path::PathBuf;
 
 /// Predict growth rate and frequency with their uncertainty, and the probability of instability, at any
-/// values of the factors.
+/// values of the factors; of a stage of responses reflection, absorption and transfer at any frequencies.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  rijke predict examples/quarter-wave\n  \
     rijke predict examples/quarter-wave --at x_g=0.15,Q=12 --at x_g=0.25,Q=12\n  \
     rijke predict examples/quarter-wave --map x_g,Q --plot stability.pdf\n  \
-    rijke predict examples/quarter-wave --map x_g=0.05:0.6,Q=0:80 --plot beyond.pdf --out beyond.csv\n\n\
+    rijke predict examples/quarter-wave --map x_g=0.05:0.6,Q=0:80 --plot beyond.pdf --out beyond.csv\n  \
+    rijke predict examples/side-hole-tube --at-hz 100:2000:10\n\n\
     Prints CSV, a row per operating point and mode that the stage was trained on: points given with --at, else those of the stage. Factors that --at leaves out are those of\n\
     the nearest point of the stage. A condition that is no point of the campaign has an error of T_amb of its own, with the sd T_amb_sd, or else that of the campaign; with day=...\n\
     it shares the error of that day. Numbers are in SI units. The first standard deviation is that of a new measurement in a\n\
     new installation, the second that of the model alone; the probability takes the growth rate as normal with\n\
     the second and the misfit of growth rates that the stage found.\n\
-    Where the evidence leaves other models open, here or in earlier stages, columns averaged_... count them too.")]
+    Where the evidence leaves other models open, here or in earlier stages, columns averaged_... count them too.\n\n\
+    Of a stage of responses: what its best model predicts of every kind of response that trained it, and of the reflection of every end that has a law, a row per frequency.\n\
+    Standard deviations are those of the model and of the stated errors of the point; noise and misfit of a measurement are not in them. The absorption is 1 - |R|^2.")]
 pub(crate) struct Args {
     /// Folder of a study that was ranked.
     dir: PathBuf,
@@ -43,6 +50,10 @@ pub(crate) struct Args {
     /// in .svg or .pdf.
     #[arg(long, alias = "svg", value_name = "FILE", requires = "map", value_parser = figure::file)]
     plot: Option<PathBuf>,
+    /// Of a stage of responses, these frequencies, Hz, each a number or from:to:step [default: 101 between
+    /// those that trained].
+    #[arg(long, value_name = "F", num_args = 1..)]
+    at_hz: Vec<String>,
     /// File to write instead of printing.
     #[arg(long, value_name = "CSV")]
     out: Option<PathBuf>,
@@ -50,6 +61,16 @@ pub(crate) struct Args {
 
 pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failed> {
     let dir = &args.dir;
+    if let Some(ranked) = RankedResponses::open(dir, args.stage.as_deref(), ui)? {
+        return responses::run(&ranked, args, ui);
+    }
+    if !args.at_hz.is_empty() {
+        let remedy = "Leave it out, or name a stage of responses with --stage.";
+        return Err(Failed::bad_input(
+            "--at-hz: this stage trains on modes, which have frequencies of their own",
+        )
+        .remedy(remedy));
+    }
     let ranked = Ranked::open(dir, args.stage.as_deref(), ui)?;
     let open = ranked.open_models();
     let Ranked { study, observed, stage, every, model } = ranked;
@@ -84,7 +105,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failed> {
     // Where the evidence decides, no other model is open.
     let open = open?;
     let (found, mut left_out) = forecast(&study, &observed, &model, &open, &places).map_err(wrong)?;
-    if (map.is_none() || found.is_empty()) && !left_out.is_empty() {
+    if found.is_empty() && !left_out.is_empty() {
         return Err(wrong(left_out.swap_remove(0).why));
     }
     // For a map the axes are named with it.
@@ -94,7 +115,9 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failed> {
     };
     let predicted = Forecasts { study: &study, model: &model, open: &open, found: &found };
     predicted.tell_doubts(held, axes, ui);
-    if let Some(first) = left_out.first() {
+    if map.is_none() {
+        left_out.iter().for_each(|u| ui.note(format!("warning: left out: {}", u.why)));
+    } else if let Some(first) = left_out.first() {
         let (n, why) = (how_many(left_out.iter().map(|u| &u.point)), &first.why);
         ui.note(format!(
             "at {n} of {} points of the map a mode, or all, is left out; the first, {}: {why}",

@@ -68,7 +68,21 @@ fn behaviour_check_and_report_know_responses() {
     let (code, _, error) = told(&folder, &["report", "."]);
     assert_eq!(code, Some(0), "{error}");
     assert!(fs::read(&page).unwrap() == before, "the page differs");
-    for arguments in [&["predict", "."][..], &["next", "."], &["modes", ".", "--point", "plain"]] {
+    let (code, said, error) = told(&folder, &["predict", ".", "--at-hz", "400", "1000:1200:100", "9000"]);
+    assert_eq!((code, said.lines().count()), (Some(0), 11), "{said}{error}");
+    let head: Vec<&str> = said.lines().next().unwrap().split(',').collect();
+    let row: Vec<&str> = said.lines().nth(1).unwrap().split(',').collect();
+    assert_eq!(
+        (head[11], row[0], row[1], row[2]),
+        ("absorption", "plain", "reflection at upstream", "400"),
+        "{said}"
+    );
+    assert!(error.contains("1 of the frequencies lie beyond those that were measured"), "{error}");
+    refused(&folder, &["predict", ".", "--at-hz", "99999"], &["study.toml", "no reflection", "99999 Hz"]);
+    refused(&folder, &["predict", ".", "--map", "x,y"], &["--map", "trains on responses"]);
+    refused(&folder, &["predict", ".", "--at-hz", "400:100:1"], &["--at-hz 400:100:1", "from:to:step"]);
+    refused(&folder, &["predict", ".", "--stage", "none"], &["no stage called `none`", "wall"]);
+    for arguments in [&["next", "."][..], &["modes", ".", "--point", "plain"]] {
         refused(
             &folder,
             arguments,

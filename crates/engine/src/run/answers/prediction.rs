@@ -96,7 +96,7 @@ impl Run {
         let values = &trained.values[..trained.own];
         for c in unseen {
             let sought = followed.sought(&chosen.assembly, values, &c)?;
-            all.extend(sought.into_iter().map(|(label, near)| (c.clone(), label, near, None)));
+            all.extend(sought.into_iter().map(|mode| (c.clone(), mode.label, mode.near, None)));
         }
         if all.is_empty() {
             return Err(no_point());

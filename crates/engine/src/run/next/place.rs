@@ -44,7 +44,7 @@ struct Known<'m> {
     model: &'m SavedModel,
     posterior: TrainedPosterior,
     assembly: Assembly,
-    followed: Followed,
+    followed: Followed<'m>,
 }
 
 /// What is known of the points of a study, whichever model is asked.
@@ -98,7 +98,7 @@ impl<'a> Place<'a> {
     }
 
     /// What every point needs of a model.
-    fn known<'m>(&self, model: &'m SavedModel) -> Result<Known<'m>, EngineError> {
+    fn known<'m>(&'m self, model: &'m SavedModel) -> Result<Known<'m>, EngineError> {
         Ok(Known {
             model,
             posterior: model.posterior()?,
@@ -256,11 +256,14 @@ impl<'a> Place<'a> {
                 numbers: Vec::new(),
             });
         }
+        // Who has measured growth can measure it elsewhere.
+        let grows = |o: &Observed| o.mode.growth_rate.is_some_and(|growth| growth > 0.0);
+        let decays_only = !self.trained(model).iter().any(grows);
         for (&k, own) in wish.candidates.iter().zip(mine) {
             let others: Result<Vec<Numbers>, EngineError> =
                 theirs.iter_mut().filter_map(Iterator::next).collect();
             let why = match (own, others) {
-                (Ok(own), Ok(_)) if own.values[0] > 0.0 => format!(
+                (Ok(own), Ok(_)) if own.values[0] > 0.0 && decays_only => format!(
                     "the model says that the mode grows there, by {:.2} 1/s: it rings by itself, and has no decay to be measured",
                     own.values[0]
                 ),

@@ -9,7 +9,7 @@ use rijke_engine::response::ResponseRun;
 use rijke_engine::run::{Run, Trusted, forecast};
 use rijke_numerics::{C64, Cholesky, Matrix};
 use rijke_study::responses::{ObservedResponse, ResponseKind};
-use rijke_study::{Coefficient, ObservedModes, Study};
+use rijke_study::{Coefficient, ObservedModes, Place, Study};
 use std::f64::consts::PI;
 use std::path::{Path, PathBuf};
 
@@ -89,27 +89,29 @@ fn measured() -> Vec<C64> {
     FREQUENCY_HZ.iter().zip(wrong).map(|(f, e)| 0.12 + 0.06 * TIME * s(f) + e).collect()
 }
 
-fn ran(folder: &Path) -> (ResponseRun, Run, ObservedModes) {
-    let study = Study::open(folder).unwrap();
-    let place = study.catalogue.get("one").unwrap().effects[0].place.clone();
-    let factor = rijke_formula::Formula::parse(
-        "1",
-        &rijke_formula::Context {
-            scope: &study.rig.scope,
-            here: &|_| true,
-            parameters: &[],
-            definitions: &[],
-        },
-    )
-    .unwrap();
-    let response = ObservedResponse {
+/// The transfer function of the part, as it was measured.
+fn response(study: &Study, at: Place) -> ObservedResponse {
+    let context = rijke_formula::Context {
+        scope: &study.rig.scope,
+        here: &|_| true,
+        parameters: &[],
+        definitions: &[],
+    };
+    let factor = rijke_formula::Formula::parse("1", &context).unwrap();
+    ObservedResponse {
         point: 0,
-        what: ResponseKind::Law { at: place, coefficient: Coefficient::Eu, factor },
+        what: ResponseKind::Law { at, coefficient: Coefficient::Eu, factor },
         rows: FREQUENCY_HZ.len(),
         frequency_hz: FREQUENCY_HZ.to_vec(),
         values: measured(),
         sd: Vec::new(),
-    };
+    }
+}
+
+fn ran(folder: &Path) -> (ResponseRun, Run, ObservedModes) {
+    let study = Study::open(folder).unwrap();
+    let place = study.catalogue.get("one").unwrap().effects[0].place.clone();
+    let response = response(&study, place);
     let mut responses = ResponseRun::new(study.clone(), observed(vec![response])).unwrap();
     responses.next_stage().unwrap().unwrap();
     let observations = study.observations().unwrap();
@@ -190,6 +192,36 @@ fn oracle_evidence_of_the_chain_is_that_of_all_data_at_once() {
     let alone = by_hand(&rows(1.0)[2 * FREQUENCY_HZ.len()..]).0 + of_the_frequencies();
     let own = stage.models[0].evidence.unwrap().ln_marginal;
     assert!((own - alone).abs() > 0.5, "{own} {alone}");
+}
+
+#[test]
+fn oracle_predicted_responses_have_the_covariance_of_their_parameters() {
+    let folder = folder("told", STAGE, "a + b*s*time", "-exp(-a - b)");
+    let (responses, _, _) = ran(&folder);
+    let study = Study::open(&folder).unwrap();
+    let place = study.catalogue.get("one").unwrap().effects[0].place.clone();
+    let observed = observed(vec![response(&study, place)]);
+    let f = 333.0;
+    let found = responses.grounds()[0].forecast(&study, &observed, &[0], &[f]).unwrap();
+    let [law, end] = &found[..] else { panic!("{found:?}") };
+    let (_, [a, b], c) = by_hand(&rows(1.0)[..2 * FREQUENCY_HZ.len()]);
+    let turn = 2.0 * PI * f * TIME;
+    let near =
+        |found: f64, exact: f64| assert!((found - exact).abs() < 1e-7 * exact.abs(), "{found} {exact}");
+    near(law.value[0], a);
+    near(law.value[1], b * turn);
+    near(law.covariance[0], c[0][0]);
+    near(law.covariance[1], c[1][1] * turn * turn);
+    assert!((law.covariance[2] - c[0][1] * turn).abs() < 1e-12 && law.absorption().is_none());
+    // R = -exp(-a - b) has no phase but that of an open end, and the absorption 1 - exp(-2 a - 2 b).
+    let r = (-a - b).exp();
+    let variance = r * r * (c[0][0] + c[1][1] + 2.0 * c[0][1]);
+    near(end.value[0], -r);
+    near(end.modulus()[1], variance.sqrt());
+    let [absorption, sd] = end.absorption().unwrap();
+    near(absorption, 1.0 - r * r);
+    near(sd, (4.0 * r * r * variance + 2.0 * variance * variance).sqrt());
+    near(end.phase().unwrap()[0].abs(), PI);
 }
 
 #[test]

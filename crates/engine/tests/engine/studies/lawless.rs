@@ -41,7 +41,7 @@ fn message_a_part_without_a_law_is_said_where_it_is_there() {
     run.next_stage().unwrap();
     let mut saved = run.saved("s").unwrap();
     saved.trained_on.retain(|id| id == "b");
-    let said: Vec<String> = beyond(&study, &saved, &[0], &[]).iter().map(Beyond::words).collect();
+    let said: Vec<String> = beyond(&study, &saved.trained_on, &[0], &[]).iter().map(Beyond::words).collect();
     assert!(said.iter().any(|s| s.starts_with("a: gauze is there (g = 1), and was at no point")), "{said:?}");
 }
 
