@@ -111,14 +111,8 @@ pub enum Fault {
     },
     /// Two channels are one.
     #[error(
-        "{} and {} hold the same samples: one signal was wired, or listed in `channels` of the manifest, twice. Correct the list, or write \
-         `dead = [{}]` for the microphone that was not recorded",
-        channels[0], channels[1], channels[1].number()
-    )]
-    SameChannels {
-        /// Both.
-        channels: [Channel; 2],
-    },
+        "{0} and {1} hold the same samples: one signal was wired, or listed in `channels`, twice; write `dead = [{n}]` for one that was not recorded", n = .1.number())]
+    SameChannels(Channel, Channel),
     /// A channel holds noise where every other channel holds a signal.
     #[error(
         "{channel} carries no signal: its amplitude is {ratio:.2} times the noise, the median of the channels is {median:.0}. Look after its \
@@ -293,20 +287,6 @@ pub enum Fault {
     /// The oscillation does not decay: its growth rate, 1/s.
     #[error("the oscillation does not decay: growth rate {0:.3} 1/s")]
     NotDecaying(f64),
-    /// A tone that hardly falls.
-    #[error(
-        "no decay: a tone at {frequency_hz:.2} Hz falls by {:.2} % within {seconds:.2} s; a loudspeaker that is not off or a rig that sounds by \
-         itself goes on like this. A mode that does decay so slowly needs a longer record",
-        100.0 * fall
-    )]
-    GoesOn {
-        /// Frequency of the tone, Hz.
-        frequency_hz: f64,
-        /// Time for which it was fitted, s.
-        seconds: f64,
-        /// Share of its amplitude that it loses within that time.
-        fall: f64,
-    },
     /// The loudspeaker goes on.
     #[error(
         "the loudspeaker is not off: after the forcing a tone at {frequency_hz:.1} Hz goes on with {:.1} % of its amplitude. Switch the \
@@ -409,11 +389,8 @@ pub enum Fault {
     #[error("the fit did not settle in {0} steps: the last step was {1:.2e} standard deviations")]
     NotConverged(usize, f64),
     /// A channel has the opposite sign of the others.
-    #[error("{channel} has the opposite polarity")]
-    Inverted {
-        /// The channel.
-        channel: Channel,
-    },
+    #[error("{0} has the opposite polarity")]
+    Inverted(Channel),
     /// The result lies away from those of the other repeats: the quantity, and how many standard deviations.
     #[error("{0} lies {1:.1} standard deviations from the other repeats")]
     Outlier(String, f64),

@@ -142,7 +142,7 @@ impl Trace<'_> {
         }
         for (second, samples) in self.channels.iter().enumerate() {
             if let Some(first) = self.channels[..second].iter().position(|other| other == samples) {
-                return Err(Fault::SameChannels { channels: [first.into(), second.into()] });
+                return Err(Fault::SameChannels(first.into(), second.into()));
             }
         }
         Ok(())

@@ -23,6 +23,20 @@ pub enum Unstable {
         /// Its frequency, Hz.
         frequency_hz: f64,
     },
+    /// A tone hardly falls after the forcing.
+    #[error(
+        "no decay: a tone at {frequency_hz:.2} Hz falls by {:.2} % within {seconds:.2} s; a loudspeaker that is not off or a rig that sounds by \
+         itself goes on like this. A mode that does decay so slowly needs a longer record",
+        100.0 * fall
+    )]
+    GoesOn {
+        /// Its frequency, Hz.
+        frequency_hz: f64,
+        /// Time for which it was fitted, s.
+        seconds: f64,
+        /// Share of its amplitude that it loses within that time.
+        fall: f64,
+    },
     /// A tone is as loud before the forcing as at the end.
     #[error(
         "a tone at {frequency_hz:.1} Hz is as loud before the forcing as at the end of the record: the rig oscillates by itself, \

@@ -90,8 +90,8 @@ impl Study {
         })
     }
 
-    /// Readings of thermometers that stand in the table again with the same number, in a sentence: copies of a
-    /// row count as measurements of their own.
+    /// Readings of thermometers that stand in the table again with the same number, in a sentence: copies of
+    /// a row count as measurements of their own.
     ///
     /// # Errors
     /// Those of the readings.

@@ -2,7 +2,6 @@
 //! installation: by training again with the data put right.
 
 use super::course::{Chosen, Run};
-use super::signs::LEADS;
 use crate::rows::Row;
 use crate::{EngineError, Observed};
 use rijke_numerics::{C64, Jet, Matrix};
@@ -13,6 +12,8 @@ use std::fmt;
 /// Mode shapes that lie nearer to the model than this, root mean square over the pressure of the reference,
 /// ask for nothing: gains are known to some hundredths.
 const FAR: f64 = 0.05;
+/// Nats that data put right must gain to be told of.
+pub(super) const LEADS: f64 = 10.0;
 /// Data that are put right lie at most this part as far from the model that was fitted to the wrong ones.
 const NEARER: f64 = 0.5;
 /// A fault of some points explains more than one of all points only if it leaves less than this part.

@@ -2,6 +2,7 @@
 //! convention of time: by training again with the data turned.
 
 use super::course::{Chosen, Run, StandsOn, Trusted};
+use super::miswired::LEADS;
 use super::shapes::rms;
 use crate::noise::measured_sd;
 use crate::observed::Used;
@@ -17,9 +18,6 @@ const LARGE: f64 = 3.0;
 
 /// Imaginary parts of pressures, over their moduli, that say nothing of a sign.
 const STANDING: f64 = 1e-3;
-
-/// Nats by which data that are turned must lead.
-pub(super) const LEADS: f64 = 10.0;
 
 /// Another number of a decay that the column of growth rates may hold.
 struct Reading {

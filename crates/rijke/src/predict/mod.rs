@@ -62,7 +62,12 @@ pub(crate) struct Args {
 pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failed> {
     let dir = &args.dir;
     if let Some(ranked) = RankedResponses::open(dir, args.stage.as_deref(), ui)? {
-        return responses::run(&ranked, args, ui);
+        if args.map.is_some() {
+            let remedy = "Leave it out, or name a stage of modes with --stage.";
+            let problem = "--map: this stage trains on responses, of which there is no growth rate";
+            return Err(Failed::bad_input(problem).remedy(remedy));
+        }
+        return responses::run(&ranked, [&args.at, &args.at_hz], args.out.as_deref(), ui);
     }
     if !args.at_hz.is_empty() {
         let remedy = "Leave it out, or name a stage of responses with --stage.";
@@ -141,7 +146,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failed> {
     }
     let factors: Vec<String> =
         study.campaign.factors.iter().map(|f| format!("{} [{}]", f.name, f.unit_in_print())).collect();
-    let of = |unit: &str| [&format!("value [{unit}]"), NEW, MODEL].map(|name| name.to_string());
+    let of = |unit: &str| [&format!("value [{unit}]"), NEW, responses::MODEL].map(|name| name.to_string());
     let columns = json!({
         "factors": factors, "growth_rate": of("1/s"), "angular_frequency": of("rad/s"),
         "other": ["growth rate [1/s]", "frequency [Hz]"],
@@ -153,4 +158,3 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failed> {
 
 /// What the numbers of a prediction are, for a reader of its JSON.
 const NEW: &str = "standard deviation of a new measurement";
-const MODEL: &str = "standard deviation of the model alone";

@@ -1,27 +1,32 @@
 //! `rijke predict` of a stage of responses: reflection, transfer and absorption with their uncertainty.
 
-use super::{Args, MODEL};
 use crate::condition::condition;
 use crate::ui::Ui;
 use rijke_engine::folder::RankedResponses;
 use rijke_numerics::{Failed, write_output};
 use serde_json::json;
+use std::path::Path;
 
 /// More frequencies than this are a slip of the step.
 const MOST: f64 = 1e5;
 
-pub(super) fn run(ranked: &RankedResponses, args: &Args, ui: &Ui) -> Result<(), Failed> {
+/// What standard deviations of predictions leave out.
+pub(super) const MODEL: &str = "standard deviation of the model alone";
+
+/// Predicts at the conditions `at` and the frequencies `at_hz`, as they were written, into the file `out` or
+/// onto the terminal.
+pub(super) fn run(
+    ranked: &RankedResponses,
+    [at, at_hz]: [&[String]; 2],
+    out: Option<&Path>,
+    ui: &Ui,
+) -> Result<(), Failed> {
     let (stage, candidates) = ranked.model();
-    if args.map.is_some() {
-        let problem = format!("--map: stage `{stage}` trains on responses, of which there is no growth rate");
-        return Err(Failed::bad_input(problem).remedy("Leave it out, or name a stage of modes with --stage."));
-    }
-    let asked = args.at.iter().map(|text| condition("--at", text)).collect::<Result<Vec<_>, _>>()?;
-    let frequency_hz =
-        args.at_hz.iter().map(|text| frequencies(text)).collect::<Result<Vec<_>, _>>()?.concat();
+    let asked = at.iter().map(|text| condition("--at", text)).collect::<Result<Vec<_>, _>>()?;
+    let frequency_hz = at_hz.iter().map(|text| frequencies(text)).collect::<Result<Vec<_>, _>>()?.concat();
     let found = ranked.predict(&asked, &frequency_hz, ui)?;
     let text = ranked.csv(&found)?;
-    match &args.out {
+    match out {
         Some(path) => write_output(path, text.as_bytes())?,
         None => ui.say(text.trim_end()),
     }

@@ -52,15 +52,16 @@ impl Fault {
         | Self::Dropout { channel, .. }
         | Self::Residual { channel, .. }
         | Self::GainDrifts { channel, .. }
-        | Self::Inverted { channel } = &mut self
+        | Self::Inverted(channel) = &mut self
         {
             channel.call(others);
         }
         if let Self::GainsApart { channels, .. } = &mut self {
             channels.iter_mut().for_each(|channel| channel.call(others));
         }
-        if let Self::SameChannels { channels } = &mut self {
-            channels.iter_mut().for_each(|channel| channel.call(others));
+        if let Self::SameChannels(first, second) = &mut self {
+            first.call(others);
+            second.call(others);
         }
         self
     }

@@ -157,7 +157,7 @@ pub fn process_again(
                     // Polarity does not move an arrival.
                     corrections.extend(
                         inverted
-                            .map(|channel| Fault::Inverted { channel: channel.into() }.called(&called))
+                            .map(|channel| Fault::Inverted(channel.into()).called(&called))
                             .map(|fault| rejection(&records.clicks[repeat], &fault)),
                     );
                     clicks.push((repeat, click));

@@ -43,7 +43,7 @@ pub(super) fn turn_inverted(
         ping.covariance = Matrix::from_fn(covariance.rows(), covariance.columns(), |i, j| {
             sign(i) * sign(j) * covariance[(i, j)]
         });
-        turned.push(rejection(&names[*repeat], &Fault::Inverted { channel: channel.into() }.called(called)));
+        turned.push(rejection(&names[*repeat], &Fault::Inverted(channel.into()).called(called)));
     }
     turned
 }

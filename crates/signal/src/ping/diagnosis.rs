@@ -99,7 +99,7 @@ pub(crate) fn is_doubtful(fault: &Fault) -> bool {
             | Fault::NotFree { .. }
             | Fault::StillDriven { .. }
             | Fault::NotDecaying(_)
-            | Fault::GoesOn { .. }
+            | Fault::Unstable(crate::Unstable::GoesOn { .. })
             | Fault::NotConverged { .. }
             | Fault::Singular(_)
     )

@@ -13,6 +13,7 @@ use super::verdict::{self, Residue};
 use crate::Fault;
 use crate::dsp::noise::Whitener;
 use crate::ringdown::{Component, Kind, Solution, White, fundamental};
+use crate::unstable::Unstable;
 use rijke_numerics::C64;
 
 /// A second mode nearer than this, with a drift beside it, is no mode of a rig, Hz.
@@ -82,7 +83,8 @@ impl Fitted {
         let seconds = (to - from) as f64 * self.step;
         let fall = 1.0 - (s.re * seconds).exp();
         if fall < LEAST_FALL {
-            return Err(Fault::GoesOn { frequency_hz: s.im / std::f64::consts::TAU, seconds, fall });
+            let frequency_hz = s.im / std::f64::consts::TAU;
+            return Err(Unstable::GoesOn { frequency_hz, seconds, fall }.into());
         }
         let at = |row: usize| (self.offset + row) as f64 * self.step;
         let (unwhiten, log_slopes) = self.whitener.unwhiten(s, self.step);

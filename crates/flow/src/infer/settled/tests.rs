@@ -391,9 +391,7 @@ fn lab_readings_beside_the_observations_serve_instead_of_clicks() {
     let good = errors(&readings);
     assert!(good.iter().all(|(off, sd)| *off < 3.0 && *sd < 2.0), "{good:?}");
     // All thermometers 3 K too high: told only by the column of it.
-    for reading in readings.points.values_mut().flatten() {
-        reading.1 += 3.0;
-    }
+    readings.points.values_mut().flatten().for_each(|reading| reading.1 += 3.0);
     let silent = errors(&readings);
     assert!(silent.iter().any(|(off, _)| *off > 3.0), "{silent:?}");
     readings.offset_sd = 3.0;
