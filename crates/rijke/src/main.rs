@@ -8,7 +8,6 @@ use std::{io, process::ExitCode, thread};
 
 mod check;
 mod completions;
-mod condition;
 mod figure;
 mod flow;
 mod infer;

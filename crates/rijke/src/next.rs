@@ -1,9 +1,8 @@
 //! `rijke next`: what to measure next, by the information that it would bring.
 
-use crate::condition::{condition, grid};
 use crate::{figure, number, ui::Ui};
 use rijke_draw::plot_svg;
-use rijke_engine::folder::{Ranked, of_the_engine, warn_of_missing};
+use rijke_engine::folder::{Ranked, condition, grid, of_the_engine, warn_of_missing};
 use rijke_engine::run::{
     Aim, AskedPoint, MicrophoneChoice, MicrophoneTable, Next, Step, Suggestion, Wish, microphones, next,
     over_map, with_points,

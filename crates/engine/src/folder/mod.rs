@@ -4,6 +4,7 @@
 
 mod case;
 mod check_responses;
+mod condition;
 mod forecasts;
 mod infer;
 mod modes;
@@ -15,6 +16,7 @@ mod study;
 
 pub use case::ModeCase;
 pub use check_responses::check_responses;
+pub use condition::{condition, frequencies, grid};
 pub use forecasts::{Forecasts, forecast_csv, how_many, surroundings};
 pub use infer::{InferredNetwork, infer_networks};
 pub use modes::{ByNoise, FoundModes, ModeLine};

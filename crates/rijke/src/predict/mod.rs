@@ -2,10 +2,9 @@
 
 mod responses;
 
-use crate::condition::{condition, grid};
 use crate::{figure, ui::Ui};
 use rijke_engine::folder::{
-    Forecasts, Ranked, RankedResponses, forecast_csv, how_many, of_the_engine, surroundings,
+    Forecasts, Ranked, RankedResponses, condition, forecast_csv, grid, how_many, of_the_engine, surroundings,
 };
 use rijke_engine::run::{AskedPoint, forecast, nearest, over_map, stability, with_points};
 use rijke_intake::foresee;

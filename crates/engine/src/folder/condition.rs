@@ -1,6 +1,6 @@
-//! Conditions and grids as options name them.
+//! Conditions, grids and frequencies as options name them.
 
-use rijke_engine::run::AskedPoint;
+use crate::run::AskedPoint;
 use rijke_numerics::Failed;
 use rijke_study::Study;
 use rijke_study::plan::{MapGrid, Selection};
@@ -9,8 +9,11 @@ use std::collections::BTreeMap;
 /// What names the day whose error of T_amb a condition shares.
 const DAY: &str = "day";
 
-/// `x=0.3,Q=50`, also with `T_amb`, `T_amb_sd` and `day`.
-pub(crate) fn condition(flag: &str, text: &str) -> Result<AskedPoint, Failed> {
+/// `x=0.3,Q=50`, also with `T_amb`, `T_amb_sd` and `day`, of the option `flag`.
+///
+/// # Errors
+/// What it is not, with a remedy.
+pub fn condition(flag: &str, text: &str) -> Result<AskedPoint, Failed> {
     let remedy = format!("Write it as {flag} x_g=0.15,Q=12, numbers in SI units.");
     let wrong = |what: String| Failed::bad_input(format!("{flag} {text}: {what}")).remedy(&remedy);
     let mut values = BTreeMap::new();
@@ -34,7 +37,10 @@ pub(crate) fn condition(flag: &str, text: &str) -> Result<AskedPoint, Failed> {
 
 /// `x_g,Q`, or `x_g=0.1:0.6,Q=0:80` with the ends of ranges; those of the points that `among` means, where
 /// they are left out.
-pub(crate) fn grid(text: &str, study: &Study, among: &Selection) -> Result<MapGrid, Failed> {
+///
+/// # Errors
+/// What it is not, with a remedy.
+pub fn grid(text: &str, study: &Study, among: &Selection) -> Result<MapGrid, Failed> {
     let known = study.campaign.factors.iter().map(|f| f.name.as_str()).collect::<Vec<_>>().join(", ");
     let bad = |what: String| {
         Failed::bad_input(format!("--map {text}: {what}"))
@@ -61,4 +67,30 @@ pub(crate) fn grid(text: &str, study: &Study, among: &Selection) -> Result<MapGr
     };
     let (x, y) = (axis(x)?, axis(y)?);
     MapGrid::new(&study.campaign, [x.0, y.0], [x.1, y.1]).map_err(|problem| bad(problem.to_string()))
+}
+
+/// More frequencies than this are a slip of the step.
+const MOST: f64 = 1e5;
+
+/// A frequency, or `from:to:step`, Hz, of the option `--at-hz`.
+///
+/// # Errors
+/// What it is not, with a remedy.
+pub fn frequencies(text: &str) -> Result<Vec<f64>, Failed> {
+    let wrong = |what: &str| {
+        Failed::bad_input(format!("--at-hz {text}: {what}"))
+            .remedy("Give frequencies in Hz, or from:to:step as in --at-hz 100:2000:10.")
+    };
+    let numbers: Option<Vec<f64>> = text.split(':').map(|part| part.trim().parse().ok()).collect();
+    match numbers.as_deref() {
+        Some([hertz]) if hertz.is_finite() && *hertz > 0.0 => Ok(vec![*hertz]),
+        Some([from, to, step]) if *from > 0.0 && to >= from && *step > 0.0 && to.is_finite() => {
+            let count = ((to - from) / step + 1e-9).floor();
+            if count > MOST {
+                return Err(wrong(&format!("these are {count} frequencies; {MOST} are the most")));
+            }
+            Ok((0..=count as usize).map(|k| from + step * k as f64).collect())
+        }
+        _ => Err(wrong("neither a frequency nor a range")),
+    }
 }
