@@ -97,7 +97,7 @@ pub enum EngineError {
     /// Two modes that were followed from measured points are one at a point that was not measured.
     #[error(
         "at operating point {point}: from the points that were measured, the modes `{first}` and `{second}` both lead to the mode at {hertz:.1} Hz: \
-         the labels of the measured modes may not be those of one mode each; look at them from point to point, or ask for a point that is nearer"
+         one label may stand for different modes at different points: compare the labels from point to point, or ask for a nearer point"
     )]
     ModesMet {
         /// The operating point.

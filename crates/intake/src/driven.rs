@@ -126,8 +126,8 @@ pub(crate) fn driven(
     Ok((files, answer))
 }
 
-/// Says what was heard at an operating point, of which `is_whole` sounds leave frequencies out, and which
-/// microphones heard little of it.
+/// Says what was heard at an operating point, and which microphones heard little of it. Of sounds that are
+/// heard whole (`is_whole`) it says how many frequencies were left out. Returns the same as JSON.
 fn tell_heard(
     point: &str,
     heard: &RelativePressures,

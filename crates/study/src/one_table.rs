@@ -1,5 +1,6 @@
 //! A study of one stage: a network file, and one table with factors and measured modes side by side.
 
+use crate::law::words;
 use crate::modes::{is_of_modes, parse};
 use crate::plan::Plan;
 use crate::source::Source;
@@ -72,6 +73,12 @@ impl OneTable {
         let (kind, source) = (DataKind::Measured, table.display().to_string());
         let modes = modes.into_iter().map(|(_, mode)| mode).collect();
         Ok((study, ObservedModes { kind, source, modes, ambient: BTreeMap::new() }))
+    }
+
+    /// Whether the network file has this word, as the name of a factor say.
+    #[must_use]
+    pub fn names(&self, word: &str) -> bool {
+        words(&self.rig).any(|known| known == word)
     }
 
     fn without_modes(&self) -> Result<Study, StudyError> {

@@ -12,7 +12,7 @@ const DAY: &str = "day";
 /// `x=0.3,Q=50`, also with `T_amb`, `T_amb_sd` and `day`, of the option `flag`.
 ///
 /// # Errors
-/// What it is not, with a remedy.
+/// Text of another form; the remedy shows the right one.
 pub fn condition(flag: &str, text: &str) -> Result<AskedPoint, Failed> {
     let remedy = format!("Write it as {flag} x_g=0.15,Q=12, numbers in SI units.");
     let wrong = |what: String| Failed::bad_input(format!("{flag} {text}: {what}")).remedy(&remedy);
@@ -39,7 +39,7 @@ pub fn condition(flag: &str, text: &str) -> Result<AskedPoint, Failed> {
 /// they are left out.
 ///
 /// # Errors
-/// What it is not, with a remedy.
+/// Text of another form; the remedy shows the right one.
 pub fn grid(text: &str, study: &Study, among: &Selection) -> Result<MapGrid, Failed> {
     let known = study.campaign.factors.iter().map(|f| f.name.as_str()).collect::<Vec<_>>().join(", ");
     let bad = |what: String| {
@@ -75,7 +75,7 @@ const MOST: f64 = 1e5;
 /// A frequency, or `from:to:step`, Hz, of the option `--at-hz`.
 ///
 /// # Errors
-/// What it is not, with a remedy.
+/// Text of another form; the remedy shows the right one.
 pub fn frequencies(text: &str) -> Result<Vec<f64>, Failed> {
     let wrong = |what: &str| {
         Failed::bad_input(format!("--at-hz {text}: {what}"))

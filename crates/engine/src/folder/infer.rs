@@ -59,7 +59,7 @@ pub fn infer_networks(
     if let Some((_, _, study, observations)) = studies.first() {
         warn_of_copies(study, observations, tell);
         let names = study.campaign.factors.iter().map(|f| f.name.as_str());
-        let nowhere = |name: &&str| !studies.iter().any(|(_, table, ..)| names_it(&table.rig, name));
+        let nowhere = |name: &&str| !studies.iter().any(|(_, table, ..)| table.names(name));
         let unused: Vec<&str> = names.filter(nowhere).collect();
         if !unused.is_empty() {
             return Err(Failed::bad_input(format!("no network file names the column `{}`", unused.join("`, `")))
@@ -88,15 +88,6 @@ pub fn infer_networks(
     without.iter().for_each(|failure| tell.note(format!("no evidence: {failure}")));
     found.sort_by(|a, b| b.evidence.ln_marginal.total_cmp(&a.evidence.ln_marginal));
     Ok(found)
-}
-
-/// Whether a text has a name as a word of its own.
-fn names_it(text: &str, name: &str) -> bool {
-    let is_of_name = |c: char| c.is_alphanumeric() || c == '_';
-    text.match_indices(name).any(|(k, _)| {
-        let (before, after) = (text[..k].chars().next_back(), text[k + name.len()..].chars().next());
-        !before.is_some_and(is_of_name) && !after.is_some_and(is_of_name)
-    })
 }
 
 impl InferredNetwork {

@@ -102,7 +102,7 @@ impl RankedResponses {
     /// Predictions as CSV, a row for each.
     ///
     /// # Errors
-    /// None of which anyone knows.
+    /// A table that cannot be written.
     pub fn csv(&self, found: &[ResponseForecast]) -> Result<String, Failed> {
         let absorbs = found.iter().any(|f| f.is_reflection);
         let head = "point,response,frequency [Hz],real,imaginary,real_sd,imaginary_sd,modulus,modulus_sd,phase [deg],phase_sd [deg]";

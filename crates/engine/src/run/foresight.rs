@@ -2,6 +2,7 @@
 
 use super::combined::{assembly_of, first_of_responses, rows_of};
 use super::inputs::{ambient_of_all, conditions_or_ambient, lacks_state, states};
+use super::meant::GROWTH_RATE;
 use super::record::UNIDENTIFIED;
 use crate::rows::{Choice, Row};
 use crate::{Assembly, Conditions, EngineError, PointModel};
@@ -15,8 +16,6 @@ use std::collections::{BTreeMap, BTreeSet};
 
 /// Components of a direction below this are left out of its name.
 const MINOR: f64 = 0.2;
-/// Where the root of a mode is sought whose growth rate was not measured, 1/s.
-const GROWTH_RATE: f64 = -10.0;
 /// Two roots that are closer, relative to their size, are one mode.
 const SAME_MODE: f64 = 1e-6;
 

@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 /// Where the root of a mode is sought whose growth rate was not measured, 1/s.
-const GROWTH_RATE: f64 = -10.0;
+pub(super) const GROWTH_RATE: f64 = -10.0;
 /// Stands where no frequency was measured until it is known which mode is meant.
 const UNKNOWN: C64 = C64::new(GROWTH_RATE, 0.0);
 

@@ -13,24 +13,28 @@ fn largest(record: &[Vec<f64>]) -> f64 {
     record.iter().flatten().fold(0.0, |a, v| v.abs().max(a))
 }
 
+/// The loudspeaker plays on after it was switched off, so loud over the largest sample at a time after that.
+fn plays_on(driven: &Driven, record: &mut [Vec<f64>], loud: impl Fn(f64) -> f64) {
+    let (off, top) = (driven.switched[0].1, largest(record));
+    for (m, y) in record.iter_mut().enumerate() {
+        let shape = (0.5 + 0.45 * m as f64).sin();
+        for (n, v) in y.iter_mut().enumerate() {
+            let t = n as f64 / driven.rate_hz;
+            if t > off {
+                *v += loud(t - off) * top * shape * (TAU * driven.forcing_hz * t).cos();
+            }
+        }
+    }
+}
+
 /// Name, what is done to the record with a size, the sizes, and whether a reason is the right one.
 fn faults() -> Vec<(&'static str, Harm, Vec<f64>, Right)> {
     vec![
         (
             "a loudspeaker that leaks",
             |driven, record, share| {
-                let off = driven.switched[0].1;
-                let top = largest(record);
-                for (m, y) in record.iter_mut().enumerate() {
-                    let shape = (0.5 + 0.45 * m as f64).sin();
-                    for (n, v) in y.iter_mut().enumerate() {
-                        let t = n as f64 / driven.rate_hz;
-                        if t > off {
-                            let grown = 1.0 - (driven.modes[0].0.re * (t - off)).exp();
-                            *v += share * top * shape * grown * (TAU * driven.forcing_hz * t).cos();
-                        }
-                    }
-                }
+                let growth_rate = driven.modes[0].0.re;
+                plays_on(driven, record, |t| share * (1.0 - (growth_rate * t).exp()));
             },
             vec![0.01, 0.03, 0.1],
             // Two of them name two reasons, this one among them.
@@ -41,19 +45,7 @@ fn faults() -> Vec<(&'static str, Harm, Vec<f64>, Right)> {
         ),
         (
             "a loudspeaker that is turned down, not off",
-            |driven, record, share| {
-                let off = driven.switched[0].1;
-                let top = largest(record);
-                for (m, y) in record.iter_mut().enumerate() {
-                    let shape = (0.5 + 0.45 * m as f64).sin();
-                    for (n, v) in y.iter_mut().enumerate() {
-                        let t = n as f64 / driven.rate_hz;
-                        if t > off {
-                            *v += share * top * shape * (TAU * driven.forcing_hz * t).cos();
-                        }
-                    }
-                }
-            },
+            |driven, record, share| plays_on(driven, record, |_| share),
             vec![0.3, 0.5, 0.8],
             |fault| {
                 let names_it = matches!(fault, Fault::NotFree { .. } | Fault::SecondExcitation { .. });

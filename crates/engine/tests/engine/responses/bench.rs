@@ -7,13 +7,26 @@ use rijke_engine::response::{ResponseModelRecord, ResponseRun, ResponseStageReco
 use rijke_numerics::{C64, Stream};
 use rijke_rig::DataKind;
 use rijke_study::responses::{ObservedResponse, ResponseKind, Responses};
-use rijke_study::{Place, Study};
+use rijke_study::{Coefficient, Place, Study};
 use std::f64::consts::PI;
 use std::path::{Path, PathBuf};
 
 pub(crate) const GAMMA: f64 = 1.4;
 pub(crate) const GAS_CONSTANT: f64 = 287.0;
 pub(crate) const WIDE: [f64; 2] = [0.15, 0.016];
+
+/// The law k_eu of candidate `one` where it acts, measured by itself.
+pub(crate) fn law_itself(study: &Study) -> ResponseKind {
+    let at = study.catalogue.get("one").unwrap().effects[0].place.clone();
+    let context = rijke_formula::Context {
+        scope: &study.rig.scope,
+        here: &|_| true,
+        parameters: &[],
+        definitions: &[],
+    };
+    let factor = rijke_formula::Formula::parse("1", &context).unwrap();
+    ResponseKind::Law { at, coefficient: Coefficient::Eu, factor }
+}
 
 /// The rig, with temperatures of the wide and the narrow duct.
 pub(crate) fn rig(temperatures: [Option<f64>; 2]) -> String {

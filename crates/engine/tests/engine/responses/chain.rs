@@ -4,12 +4,12 @@
 //! s = c (i pi - a - k b)/(2 L). At another point a part stands alone, whose transfer function a + b s T is
 //! measured. Both are linear in a and b, so that the evidence of the chain is that of all data at once.
 
-use super::bench::{GAMMA, GAS_CONSTANT, observed};
+use super::bench::{GAMMA, GAS_CONSTANT, law_itself, observed};
 use rijke_engine::response::ResponseRun;
 use rijke_engine::run::{Run, Trusted, forecast};
 use rijke_numerics::{C64, Cholesky, Matrix};
-use rijke_study::responses::{ObservedResponse, ResponseKind};
-use rijke_study::{Coefficient, ObservedModes, Place, Study};
+use rijke_study::responses::ObservedResponse;
+use rijke_study::{ObservedModes, Study};
 use std::f64::consts::PI;
 use std::path::{Path, PathBuf};
 
@@ -90,17 +90,10 @@ fn measured() -> Vec<C64> {
 }
 
 /// The transfer function of the part, as it was measured.
-fn response(study: &Study, at: Place) -> ObservedResponse {
-    let context = rijke_formula::Context {
-        scope: &study.rig.scope,
-        here: &|_| true,
-        parameters: &[],
-        definitions: &[],
-    };
-    let factor = rijke_formula::Formula::parse("1", &context).unwrap();
+fn response(study: &Study) -> ObservedResponse {
     ObservedResponse {
         point: 0,
-        what: ResponseKind::Law { at, coefficient: Coefficient::Eu, factor },
+        what: law_itself(study),
         rows: FREQUENCY_HZ.len(),
         frequency_hz: FREQUENCY_HZ.to_vec(),
         values: measured(),
@@ -110,8 +103,7 @@ fn response(study: &Study, at: Place) -> ObservedResponse {
 
 fn ran(folder: &Path) -> (ResponseRun, Run, ObservedModes) {
     let study = Study::open(folder).unwrap();
-    let place = study.catalogue.get("one").unwrap().effects[0].place.clone();
-    let response = response(&study, place);
+    let response = response(&study);
     let mut responses = ResponseRun::new(study.clone(), observed(vec![response])).unwrap();
     responses.next_stage().unwrap().unwrap();
     let observations = study.observations().unwrap();
@@ -199,8 +191,7 @@ fn oracle_predicted_responses_have_the_covariance_of_their_parameters() {
     let folder = folder("told", STAGE, "a + b*s*time", "-exp(-a - b)");
     let (responses, _, _) = ran(&folder);
     let study = Study::open(&folder).unwrap();
-    let place = study.catalogue.get("one").unwrap().effects[0].place.clone();
-    let observed = observed(vec![response(&study, place)]);
+    let observed = observed(vec![response(&study)]);
     let f = 333.0;
     let found = responses.grounds()[0].forecast(&study, &observed, &[0], &[f]).unwrap();
     let [law, end] = &found[..] else { panic!("{found:?}") };

@@ -4,12 +4,12 @@
 //! In the tube of length L without losses, closed at one end, the other end reflects -exp(-n - s tau/50), so
 //! that s (2 L/c + tau/50) = i pi - n.
 
-use super::bench::{GAMMA, GAS_CONSTANT, observed};
+use super::bench::{GAMMA, GAS_CONSTANT, law_itself, observed};
 use rijke_engine::response::{ResponseRun, ResponseStageRecord};
 use rijke_engine::run::{Run, StageRecord, Trusted};
 use rijke_numerics::C64;
-use rijke_study::responses::{ObservedResponse, ResponseKind};
-use rijke_study::{Coefficient, Study};
+use rijke_study::Study;
+use rijke_study::responses::ObservedResponse;
 use std::f64::consts::PI;
 
 const LENGTH: f64 = 0.8;
@@ -63,21 +63,13 @@ fn ran(name: &str, median: f64, ln_sd: f64, sd: f64) -> (ResponseStageRecord, St
     );
     write("observations/observations.toml", "kind = \"virtual\"\nsource = \"a closed form\"\n");
     let study = Study::open(&folder).unwrap();
-    let context = rijke_formula::Context {
-        scope: &study.rig.scope,
-        here: &|_| true,
-        parameters: &[],
-        definitions: &[],
-    };
-    let factor = rijke_formula::Formula::parse("1", &context).unwrap();
-    let at = study.catalogue.get("one").unwrap().effects[0].place.clone();
     let frequency_hz: Vec<f64> = (1..=15).map(|k| STEP_HZ * f64::from(k)).collect();
     // Errors that no delay follows.
     let wrong = |k: usize| NOISE * C64::from_polar(1.0, 2.4 * (k * k) as f64);
     let answer = |f: &f64| GAIN * C64::from_polar(1.0, -2.0 * PI * f * DELAY);
     let response = ObservedResponse {
         point: 0,
-        what: ResponseKind::Law { at, coefficient: Coefficient::Eu, factor },
+        what: law_itself(&study),
         rows: frequency_hz.len(),
         values: frequency_hz.iter().enumerate().map(|(k, f)| answer(f) + wrong(k)).collect(),
         frequency_hz,

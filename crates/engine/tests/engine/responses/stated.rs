@@ -1,13 +1,13 @@
 //! Errors of factors and temperatures that the campaign states, against models in which what is in error is
 //! an unknown with that prior: a porous sample at the end of a tube without losses.
 
-use super::bench::{GAMMA, GAS_CONSTANT, observed};
+use super::bench::{GAMMA, GAS_CONSTANT, law_itself, observed};
 use super::pressures::complex;
 use rijke_engine::response::{ResponseModelRecord, ResponseRun};
 use rijke_engine::run::{Run, Trusted};
 use rijke_numerics::{C64, Streams};
 use rijke_study::responses::{ObservedResponse, ResponseKind};
-use rijke_study::{Coefficient, Place, Study};
+use rijke_study::{Place, Study};
 use std::f64::consts::PI;
 use std::path::{Path, PathBuf};
 
@@ -375,16 +375,9 @@ fn oracle_a_stage_of_modes_knows_the_temperature_that_responses_told() {
 /// The parameter a of a stage of modes on a law of this value, and the frequency that it was given.
 fn modes(folder: &Path, law: f64, f: f64) -> ([f64; 2], f64) {
     let study = Study::open(folder).unwrap();
-    let place = study.catalogue.get("one").unwrap().effects[0].place.clone();
-    let scope = &study.rig.scope;
-    let context = rijke_formula::Context { scope, here: &|_| true, parameters: &[], definitions: &[] };
     let response = ObservedResponse {
         point: 0,
-        what: ResponseKind::Law {
-            at: place,
-            coefficient: Coefficient::Eu,
-            factor: rijke_formula::Formula::parse("1", &context).unwrap(),
-        },
+        what: law_itself(&study),
         rows: 4,
         frequency_hz: vec![50.0, 100.0, 150.0, 200.0],
         values: vec![C64::new(law, 0.0); 4],
