@@ -29,7 +29,7 @@ pub use error::EngineError;
 pub use gaussian::{NamedGaussian, Training};
 pub use noise::{Added, LawError, Misfit, Noise, Varying};
 pub use observed::Observed;
-pub use point::PointModel;
+pub use point::{BeyondTable, PointModel};
 pub use prediction::{PointPrediction, TrainedPosterior};
 pub use predictor::Predictor;
 pub use saved::SavedModel;

@@ -354,6 +354,7 @@ impl Trained {
     /// Standard deviation of each parameter.
     #[must_use]
     pub fn sd(&self) -> Vec<f64> {
-        (0..self.values.len()).map(|i| self.covariance[(i, i)].sqrt()).collect()
+        let of = |(i, p): (usize, &Parameter)| p.sd_about(self.values[i], self.covariance[(i, i)].sqrt());
+        self.parameters.iter().enumerate().map(of).collect()
     }
 }

@@ -6,8 +6,8 @@ use numpy::{AllowTypeChange, PyArray1, PyArrayLikeDyn, PyUntypedArrayMethods};
 use pyo3::exceptions::PyArithmeticError;
 use pyo3::prelude::*;
 use rijke_inference::{
-    AssessOptions, Assessment, Data, Draws, Entry, Forward, ForwardError, InferenceRecord, NoiseGroup,
-    Observation, Parameter, Parameters, Prediction, Prior, assess,
+    AssessOptions, Assessment, Data, Draws, Entry, Forward, ForwardError, InferenceError, InferenceRecord,
+    NoiseGroup, Observation, Parameter, Parameters, Posterior, Prediction, Prior, assess,
 };
 use rijke_numerics::{Matrix, Order, Streams};
 use serde::Deserialize;
@@ -183,12 +183,12 @@ pub(crate) fn rank(
             warnings,
         };
         match outcome {
-            Ok(assessment) => {
-                let drawn =
-                    assessment.laplace.as_ref().ok().map(|l| Draws::new(&parameters, l, draws, streams));
+            Ok((assessment, few)) => {
+                let laplace = assessment.laplace.as_ref().ok();
+                let drawn = laplace.map(|l| Draws::new(&parameters, l, &few, draws, streams));
                 let drawn = drawn.transpose().map_err(Fault::from)?;
                 entries.push(entry(assessment.evidence.clone(), assessment.health.warnings.clone()));
-                let record = InferenceRecord::new(&own.name, &parameters, &assessment);
+                let record = InferenceRecord::new(&own.name, &parameters, &assessment, &few);
                 found.push(json!({ "record": record, "draws": drawn.map(|d| d.posterior) }));
             }
             Err(reason) => {
@@ -201,8 +201,8 @@ pub(crate) fn rank(
     Ok(json!({ "ranking": rijke_inference::rank(entries), "models": found }).to_string())
 }
 
-/// One fit, in a thread of its own, while this one listens for Ctrl-C. The inner error is a model that cannot
-/// be fitted.
+/// One fit, in a thread of its own, while this one listens for Ctrl-C, with the factors on the standard
+/// deviations of its parameters that few data ask for. The inner error is a model that cannot be fitted.
 fn fit(
     py: Python<'_>,
     own: &Own,
@@ -210,10 +210,20 @@ fn fit(
     data: &Data,
     parameters: &Parameters,
     options: &AssessOptions,
-) -> PyResult<Result<Assessment, String>> {
+) -> PyResult<Result<(Assessment, Vec<f64>), String>> {
     let stopped = AtomicBool::new(false);
     let forward = Callable { own, scales, stopped: &stopped, raised: Mutex::default() };
-    let outcome = listening(py, &stopped, || Ok(()), || assess(&forward, data, parameters, options))?;
+    let assessed = || {
+        let found = assess(&forward, data, parameters, options)?;
+        let few = match &found.laplace {
+            Ok(laplace) => {
+                Posterior::new(&forward, data, parameters)?.linearised(&found.fit, laplace)?.few().parameters
+            }
+            Err(_) => vec![1.0; parameters.len()],
+        };
+        Ok::<_, InferenceError>((found, few))
+    };
+    let outcome = listening(py, &stopped, || Ok(()), assessed)?;
     let raised = forward.raised.lock().ok().and_then(|mut raised| raised.take());
     match (raised, outcome) {
         (Some(error), Err(_)) => Err(error),

@@ -4,15 +4,29 @@ use crate::fault::{Answer, Fault};
 use crate::posterior::Posterior;
 use crate::signals::listening;
 use pyo3::prelude::*;
+use rijke_engine::folder::Forecasts;
 use rijke_engine::run::{
     Aim, Search, SearchOptions, SearchPart, Trusted, Wish, forecast, foresight, next, with_points,
 };
 use rijke_inference::SamplerKind;
+use rijke_numerics::Tell;
 use serde_json::json;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard};
+
+/// The remarks of a prediction.
+#[derive(Default)]
+struct Doubts(Mutex<Vec<String>>);
+
+impl Tell for Doubts {
+    fn note(&self, line: String) {
+        if let Ok(mut all) = self.0.lock() {
+            all.push(line);
+        }
+    }
+}
 
 /// See `rijke.Study`.
 #[pyclass(frozen, module = "rijke._native")]
@@ -199,7 +213,11 @@ impl Run {
                 return Err(left_out.swap_remove(0).why.into());
             }
             let left_out: Vec<_> = left_out.iter().map(|u| (&u.point, u.why.to_string())).collect();
-            Ok(json!({ "forecasts": found, "left_out": left_out, "assumes": model.assumes }).to_string())
+            let doubts = Doubts::default();
+            let predicted = Forecasts { study: &study, model: &model, open: &open, found: &found };
+            predicted.tell_doubts(&places, &[], &doubts);
+            let doubts = doubts.0.into_inner().unwrap_or_default();
+            Ok(json!({ "forecasts": found, "left_out": left_out, "doubts": doubts }).to_string())
         })
     }
 

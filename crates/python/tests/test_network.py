@@ -195,3 +195,12 @@ def test_behaviour_plots_return_axes(tube: str) -> None:
     assert network.plot_modes().get_xlabel().startswith("growth rate")
     assert len(network.along(network.modes()[0]).plot()) == 2
     assert network.response(np.linspace(50, 300, 20)).plot(3).get_ylabel().startswith("|p|")
+
+
+def test_what_is_no_mode_has_no_derivatives() -> None:
+    tube = rijke.Network.from_file(NETWORKS / "rijke-tube.toml")
+    s = tube.modes().s[0]
+    tube.budget(complex(f"{s:.5g}"))
+    for ask in (tube.budget, tube.gradient, tube.along, tube.condition):
+        with pytest.raises(rijke.InputError, match="no eigenvalue"):
+            ask(s + 20.0)

@@ -172,3 +172,50 @@ def test_behaviour_samplers_take_the_model_of_a_study(sampler: str) -> None:
     print(summary)
     assert (summary["r_hat"] < 1.01).all()
     assert (summary["ess_bulk"] > 400).all()
+
+
+def test_data_that_would_be_misread_are_refused() -> None:
+    rows = np.triu(np.ones((9, 9))) + 9.0 * np.eye(9)
+    with pytest.raises(rijke.InputError, match="masked"):
+        rijke.Data(np.ma.masked_greater(Y, 1.0), SD)
+    with pytest.raises(rijke.InputError, match="complex"):
+        rijke.Data(Y + 1j, SD)
+    with pytest.raises(rijke.InputError, match="symmetric"):
+        rijke.Data(Y, SD, rows)
+    with pytest.raises(rijke.InputError, match="ln_sd"):
+        rijke.Noise(None, 1.0)
+    with pytest.raises(rijke.InputError, match="sd is nan"):
+        rijke.Noise(float("nan"))
+    with pytest.raises(rijke.InputError, match="9 positive numbers"):
+        rijke.Data(Y, np.full(8, SD))
+
+
+def test_a_standard_deviation_for_each_number() -> None:
+    one = rijke.rank([line(1)], rijke.Data(Y, SD)).frame.ln_marginal[0]
+    each = rijke.rank([line(1)], rijke.Data(Y, np.full(9, SD))).frame.ln_marginal[0]
+    assert abs(one - each) < 1e-9
+
+
+def test_few_data_widen_what_floated_noise_leaves() -> None:
+    rng = np.random.default_rng(1)
+    inside = 0
+    for _ in range(200):
+        data = rijke.Data(1.0 + 0.1 * rng.standard_normal(4))
+        model = rijke.OwnModel("mean", [rijke.Parameter("a", rijke.normal(0.0, 10.0))], lambda a: np.full(4, a[0]))
+        found = rijke.rank([model], data).parameters().iloc[0]
+        inside += bool(abs(found.value - 1.0) < 2.0 * found.sd)
+    assert 0.90 < inside / 200 < 0.99
+
+
+def test_a_model_without_a_maximum_has_no_probability() -> None:
+    parameters = [rijke.Parameter(name, rijke.normal(0.0, 2.0)) for name in "ab"]
+    circle = rijke.OwnModel(
+        "circle",
+        parameters,
+        lambda a: np.array([a[0] ** 2 + a[1] ** 2]),
+        jacobian=lambda a: np.array([[2 * a[0], 2 * a[1]]]),
+        hessian=lambda a: np.array([[[2.0, 0.0], [0.0, 2.0]]]),
+    )
+    straight = rijke.OwnModel("line", parameters[:1], lambda a: a[:1])
+    frame = rijke.rank([circle, straight], rijke.Data([1.0], 0.1)).frame
+    assert frame.name[0] == "line" and frame.probability[0] == 1.0

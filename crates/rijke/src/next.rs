@@ -107,15 +107,6 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failed> {
         figure::write(path, &plot_svg(&found.plot(&study.campaign, observed.kind)), ui)?;
     }
     print(ui, &found, args.about.as_deref());
-    let labels: std::collections::BTreeSet<&str> = observed.modes.iter().map(|m| m.label.as_str()).collect();
-    if let (Some(first), true) = (observed.modes.first(), labels.len() > 1) {
-        ui.say(format!(
-            "of every point the first mode in modes.csv is counted, elsewhere mode `{}`; a visit that measures all {} modes tells more, and another \
-             point may then be best",
-            first.label,
-            labels.len()
-        ));
-    }
     ui.result(&found)
 }
 

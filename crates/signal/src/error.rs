@@ -1,6 +1,7 @@
 //! Why a record cannot be used.
 
 use crate::Channel;
+use crate::readings::TwoReadings;
 use crate::unstable::Unstable;
 use crate::words::not_quiet;
 
@@ -64,7 +65,7 @@ pub enum Fault {
     /// The record ends too soon after the forcing.
     #[error(
         "the decay is too short: {:.1} ms are left after the forcing at {frequency_hz:.0} Hz, and {:.1} ms are needed to tell a decay from \
-         forcing. Record for longer after the loudspeaker is switched off",
+         forcing. Record for longer after the loudspeaker is switched off; what sounds by itself has no decay",
         1e3 * have, 1e3 * need
     )]
     ShortDecay {
@@ -348,13 +349,9 @@ pub enum Fault {
         /// Difference over its standard deviation.
         distance: f64,
     },
-    /// A second mode so near, Hz, and a drift, rad/s^2, together: a forcing that goes on may be fitted by
-    /// both.
-    #[error(
-        "the decay is fitted only by a second mode {0:.2} Hz from the first together with a frequency that drifts, by {1:.1} rad/s^2: \
-         a loudspeaker that goes on looks like that. Switch it off suddenly, by a relay, and record for longer"
-    )]
-    TwoReadings(f64, f64),
+    /// A decay that can be read in two ways.
+    #[error(transparent)]
+    TwoReadings(#[from] TwoReadings),
     /// The gain of a channel drifts during the decay.
     #[error(
         "{channel} decays otherwise than the others: its growth rate is {:.3} 1/s and theirs {:.3} 1/s, {distance:.1} standard deviations \

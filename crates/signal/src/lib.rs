@@ -9,6 +9,7 @@ mod dsp;
 mod error;
 mod ping;
 mod random;
+mod readings;
 mod repeats;
 mod ringdown;
 mod trace;
@@ -30,6 +31,7 @@ pub use random::{
     RelativePressures, Spectra, Swept, SweptOptions, SwitchedDoubt, SwitchedFault, SwitchedGains,
     TransferEstimate, TransmissionLoss, TransmissionTube, Transmitted, TubeDuct, TubeErrors,
 };
+pub use readings::TwoReadings;
 pub use repeats::{Repeats, combine, pool};
 pub use trace::Trace;
 pub use unstable::Unstable;

@@ -2,7 +2,8 @@
 
 use crate::head::ErrorTerm;
 use crate::law::{
-    Candidate, Coefficient, Effect, MeanFlow, Measured, Parameters, Place, SECOND, check_name, parameters,
+    Candidate, Coefficient, Effect, MeanFlow, Measured, Parameters, Place, SECOND, TableUse, check_name,
+    parameters, words,
 };
 use crate::plan::SdSpec;
 use crate::rig::Rig;
@@ -208,6 +209,7 @@ fn candidate(spec: Spec, rig: &Rig, source: &Source, doubts: &mut Vec<String>) -
     let mut definitions: Vec<_> = spec.definitions.into_iter().collect();
     let folder = Path::new(&source.file).parent().unwrap_or(Path::new(""));
     let mut stated: Option<f64> = None;
+    let mut tables = Vec::new();
     for (name, table) in spec.tables {
         let (at, TableSpec { table, tolerance, of }) = (table.span(), table.into_inner());
         let argument = format!("({of})*{SECOND}");
@@ -218,9 +220,21 @@ fn candidate(spec: Spec, rig: &Rig, source: &Source, doubts: &mut Vec<String>) -
         let line = source.line(at.start);
         let said = measured.doubt.iter().chain(&beyond);
         doubts.extend(said.map(|said| format!("{}, line {line}: table `{name}`: {said}", source.file)));
+        tables.push(NamedTable { name: name.clone(), band_hz: measured.band, of });
         definitions.push((name, Spanned::new(at, measured.text)));
     }
-    definitions.sort_by_key(|(_, text)| text.span().start);
+    // A table comes after the names that its argument uses, wherever these are written.
+    let places: BTreeMap<&str, usize> =
+        definitions.iter().map(|(name, text)| (name.as_str(), text.span().start)).collect();
+    let after = |name: &str| {
+        let of = tables.iter().find(|table| table.name == name).map_or("", |table| table.of.as_str());
+        words(of).chain([name]).filter_map(|word| places.get(word).copied()).max()
+    };
+    let is_table = |name: &String| tables.iter().any(|table: &NamedTable| table.name == *name);
+    let order: Vec<_> = definitions.iter().map(|(name, _)| (after(name), is_table(name))).collect();
+    let mut ordered: Vec<_> = order.into_iter().zip(definitions).collect();
+    ordered.sort_by_key(|(place, _)| *place);
+    let definitions: Vec<_> = ordered.into_iter().map(|(_, definition)| definition).collect();
     for (name, text) in &definitions {
         check_name("definition", name, &rig.scope).map_err(|problem| (text.span(), problem))?;
     }
@@ -230,7 +244,7 @@ fn candidate(spec: Spec, rig: &Rig, source: &Source, doubts: &mut Vec<String>) -
     let mut used = BTreeSet::new();
     let mut effects = Vec::new();
     for effect in spec.effect {
-        effects.extend(read_effect(effect, rig, &parameters, &names, &definitions, &mut used)?);
+        effects.extend(read_effect(effect, rig, &parameters, &names, (&definitions, &tables), &mut used)?);
     }
     let id = spec.id.get_ref().clone();
     let errors = spec.error.into_iter().map(error_term).collect::<Outcome<Vec<_>>>()?;
@@ -286,12 +300,22 @@ fn error_term(spec: Spanned<ErrorSpec>) -> Outcome<ErrorTerm> {
 /// The keys of an effect, each with its place.
 type EffectSpec = BTreeMap<String, Spanned<Toml>>;
 
+/// A measured table of a candidate.
+struct NamedTable {
+    /// What formulas call it.
+    name: String,
+    /// Its first and last frequency, Hz.
+    band_hz: [f64; 2],
+    /// The formula that stands in the place of s.
+    of: String,
+}
+
 fn read_effect(
     effect: Spanned<EffectSpec>,
     rig: &Rig,
     parameters: &[(Parameter, Range<usize>)],
     names: &[String],
-    definitions: &[(String, String)],
+    (definitions, tables): (&[(String, String)], &[NamedTable]),
     used: &mut BTreeSet<String>,
 ) -> Outcome<Vec<Effect>> {
     let at = effect.span();
@@ -336,12 +360,20 @@ fn read_effect(
         if !fits {
             return Err((at, StudyProblem::WrongPlace { coefficient: key, place: place_text }));
         }
-        let law = words.law(&text, &place, at.clone(), key, used)?;
+        let mut own = BTreeSet::new();
+        let law = words.law(&text, &place, at.clone(), key, &mut own)?;
         if let Some(fault) = law.unit_fault(&rig.scope, &units, coefficient.unit(place.is_along())) {
             return Err((at, StudyProblem::UnitOfLaw { key: key.into(), place: place_text, fault }));
         }
+        let measured = |table: &NamedTable| {
+            let argument = words.law(&table.of, &place, at.clone(), &table.name, &mut BTreeSet::new())?;
+            Ok(TableUse { name: table.name.clone(), band_hz: table.band_hz, argument })
+        };
+        let of_the_law = tables.iter().filter(|table| own.contains(&table.name));
+        let tables = of_the_law.map(measured).collect::<Outcome<_>>()?;
+        used.append(&mut own);
         let (place, place_text) = (place.clone(), place_text.clone());
-        effects.push(Effect { place, place_text, coefficient, law, hears: None });
+        effects.push(Effect { place, place_text, coefficient, law, hears: None, tables });
     }
     Ok(effects)
 }

@@ -16,7 +16,7 @@ pub enum Cause {
     /// The mass flow.
     Flow(Sharing),
     /// A factor of the campaign, as it was set or measured: points of one installation with one value of it
-    /// share the error.
+    /// share the error; all points where neither is named.
     Factor {
         /// Its name.
         name: String,
@@ -65,6 +65,7 @@ impl Cause {
 impl fmt::Display for Cause {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
+            Self::Factor { name, level, .. } if level.is_empty() => write!(f, "{name} (all points)"),
             Self::Factor { name, installation, level } => write!(f, "{name} {level} ({installation})"),
             Self::Ambient(sharing) => write!(f, "T_amb{sharing}"),
             Self::Part(part) => write!(f, "the temperature of {part}"),

@@ -40,7 +40,7 @@ pub use folder::Study;
 pub use foreseen::{States, Unforeseen};
 pub use head::ErrorTerm;
 pub use heated::{GasReading, HeatedFit, heated_states, measured_states, read_readings};
-pub use law::{Candidate, Coefficient, Effect, Hears, MeanFlow, Place, Spread};
+pub use law::{Candidate, Coefficient, Effect, Hears, MeanFlow, Place, Spread, TableUse};
 pub use made_of::{MadeOf, changed_records, changed_study};
 pub use modes::{ObservedMode, ObservedModes, hertz};
 pub use one_table::OneTable;

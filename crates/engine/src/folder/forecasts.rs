@@ -1,8 +1,8 @@
 //! What is said and tabled of predictions.
 
 use super::results::warn_of_missing;
-use crate::SavedModel;
 use crate::run::{AskedPoint, Averaged, Forecast, OpenModel, at_other_maxima, beyond};
+use crate::{BeyondTable, SavedModel};
 use rijke_numerics::{Failed, Tell};
 use rijke_rig::files::csv_table;
 use rijke_study::{Point, Study};
@@ -54,6 +54,38 @@ impl Forecasts<'_> {
                 ));
             }
         }
+        let [growth, hertz] = study.rig.search;
+        let outside = |f: &&Forecast| {
+            let [s, omega] = [f.growth_rate[0], f.angular_frequency[0]];
+            !(growth[0]..=growth[1]).contains(&s)
+                || !(hertz[0]..=hertz[1]).contains(&(omega / std::f64::consts::TAU))
+        };
+        let outside: Vec<&Forecast> = found.iter().filter(outside).collect();
+        if let Some(first) = outside.first() {
+            tell.note(format!(
+                "{} of {} modes lie outside the region that `rijke modes` searches, {} to {} 1/s and {} to {} Hz ([search] of rig.toml sets it); the \
+                 first is at {}, {:.2} 1/s and {:.1} Hz",
+                outside.len(),
+                found.len(),
+                growth[0],
+                growth[1],
+                hertz[0],
+                hertz[1],
+                first.point,
+                first.growth_rate[0],
+                first.angular_frequency[0] / std::f64::consts::TAU
+            ));
+        }
+        let asked = found.iter().filter_map(|f| Some((f, f.beyond[0].as_ref()?)));
+        let asked: Vec<_> = asked.collect();
+        if let Some((first, table)) = asked.first() {
+            tell.note(format!(
+                "warning: {} of {} modes lie beyond a measured table, where its fit extrapolates. The first, at {}: {table}",
+                asked.len(),
+                found.len(),
+                first.point
+            ));
+        }
         let lost: Vec<&Forecast> = found.iter().filter(|f| f.lost).collect();
         if let Some(first) = lost.first() {
             let mode =
@@ -82,8 +114,10 @@ impl Forecasts<'_> {
         if let Some(first) = growing.first()
             && let Some([growth, hertz]) = first.other
         {
+            let rests = |table: &BeyondTable| format!(" (by extrapolation: {table})");
+            let rests = first.beyond[1].as_ref().map(rests).unwrap_or_default();
             tell.note(format!(
-                "warning: at {} of {} points a mode that was not measured grows by this model: at {} one of {hertz:.1} Hz with {growth:+.2} 1/s; \
+                "warning: at {} of {} points a mode that was not measured grows by this model: at {} one of {hertz:.1} Hz with {growth:+.2} 1/s{rests}; \
                  probability_of_instability is of the mode of its row alone",
                 how_many(growing.iter().map(|f| &f.point)),
                 how_many(found.iter().map(|f| &f.point)),

@@ -10,6 +10,7 @@ mod nearer;
 mod poles;
 mod probe;
 mod spread;
+mod tables;
 mod together;
 
 pub(crate) use poles::{Acting, poles};
@@ -27,6 +28,7 @@ use rijke_network::flow_chain::FlowChain;
 use rijke_network::{Chain, Coefficients, Network, NetworkError, Newton, Places, Response, Root, Workspace};
 use rijke_numerics::{C64, Jet, Order};
 use rijke_study::MeanFlow;
+pub use tables::BeyondTable;
 
 /// The estimate of the error of an eigenvalue, relative to |s|, that ends its search. The estimate is that of
 /// the last term taken, so the error itself is smaller by the distance of the guess over that of the modes:

@@ -7,8 +7,8 @@ use super::inputs::{ambient_of_all, conditions, states};
 use super::meant::observed;
 use super::predicted::{Forecast, averaged};
 use crate::{
-    Assembly, Conditions, EngineError, Misfit, Observed, PointModel, PointPrediction, SavedModel, Spectrum,
-    TrainedPosterior,
+    Assembly, BeyondTable, Conditions, EngineError, Misfit, Observed, PointModel, PointPrediction,
+    SavedModel, Spectrum, TrainedPosterior,
 };
 use rayon::prelude::*;
 use rijke_inference::{Parameter, normal_cdf};
@@ -96,8 +96,12 @@ pub fn forecast(
     let (mut forecasts, mut failures) = asked.forecasts(&sought);
     failures.extend(lost);
     let other = |k: &usize| Some((study.campaign.points[*k].id.clone(), asked.other(*k, &forecasts)?));
-    let others: BTreeMap<String, [f64; 2]> = points.par_iter().filter_map(other).collect();
-    forecasts.iter_mut().for_each(|f| f.other = others.get(&f.point).copied());
+    let others: BTreeMap<String, _> = points.par_iter().filter_map(other).collect();
+    for f in &mut forecasts {
+        if let Some((other, beyond)) = others.get(&f.point) {
+            (f.other, f.beyond[1]) = (Some(*other), beyond.clone());
+        }
+    }
     let of = |o: &OpenModel| Ok((o.odds, Asked::of(&known, &o.model)?.forecasts(&sought).0));
     let open: Vec<(f64, Vec<Forecast>)> = open.par_iter().map(of).in_order::<Result<_, EngineError>>()?;
     if !open.is_empty() {
@@ -161,10 +165,14 @@ impl<'a> Asked<'a> {
         conditions(study, &study.campaign.points[k], states.get(&k), ambient[k].or(self.usual))
     }
 
+    /// The most probable parameters of the model.
+    fn values(&self) -> &[f64] {
+        &self.posterior.gaussian.mean[..self.assembly.parameters().len()]
+    }
+
     /// The modes at these points, and the points that cannot have any.
     fn sought(&self, points: &[usize]) -> (Vec<(usize, Sought)>, Vec<Unpredicted>) {
-        let values = &self.posterior.gaussian.mean[..self.assembly.parameters().len()];
-        let of = |k: &usize| self.followed.sought(&self.assembly, values, &self.conditions(*k)?);
+        let of = |k: &usize| self.followed.sought(&self.assembly, self.values(), &self.conditions(*k)?);
         let found: Vec<_> = points.par_iter().map(of).collect();
         let (mut all, mut lost) = (Vec::new(), Vec::new());
         for (k, found) in points.iter().zip(found) {
@@ -223,6 +231,8 @@ impl<'a> Asked<'a> {
             return Err(EngineError::Damaged { stage: self.model.stage.clone() });
         }
         let stability_sd = growth_rate[2].hypot(self.own_error);
+        let s = C64::new(p.values[0], p.values[1]);
+        let beyond = PointModel::new(&self.assembly, &conditions, &[])?.beyond_a_table(self.values(), s);
         Ok(Forecast {
             point: point.id.clone(),
             mode: label.clone(),
@@ -234,18 +244,19 @@ impl<'a> Asked<'a> {
             unstable: normal_cdf(growth_rate[0] / stability_sd),
             averaged: None,
             other: None,
+            beyond: [beyond, None],
         })
     }
 
     /// The mode at a point that grows fastest of those that are not among `forecasts`: growth rate, 1/s, and
     /// frequency, Hz.
-    fn other(&self, k: usize, forecasts: &[Forecast]) -> Option<[f64; 2]> {
+    fn other(&self, k: usize, forecasts: &[Forecast]) -> Option<([f64; 2], Option<BeyondTable>)> {
         let id = &self.known.study.campaign.points[k].id;
         let here = forecasts.iter().filter(|f| f.point == *id);
         let predicted = here.map(|f| C64::new(f.growth_rate[0], f.angular_frequency[0]));
-        let values = &self.posterior.gaussian.mean[..self.assembly.parameters().len()];
-        let mut modes =
-            PointModel::new(&self.assembly, &self.conditions(k).ok()?, &[]).ok()?.modes(values).ok()?;
+        let conditions = self.conditions(k).ok()?;
+        let model = PointModel::new(&self.assembly, &conditions, &[]).ok()?;
+        let mut modes = model.modes(self.values()).ok()?;
         // Predictions count the errors of base states that were inferred along, so that the same mode lies a
         // little apart.
         for predicted in predicted {
@@ -256,8 +267,9 @@ impl<'a> Asked<'a> {
                 modes.remove(k);
             }
         }
-        let other = modes.iter().max_by(|a, b| a.re.total_cmp(&b.re))?;
-        Some([other.re, other.im / std::f64::consts::TAU])
+        let other = *modes.iter().max_by(|a, b| a.re.total_cmp(&b.re))?;
+        let beyond = model.beyond_a_table(self.values(), other);
+        Some(([other.re, other.im / std::f64::consts::TAU], beyond))
     }
 }
 

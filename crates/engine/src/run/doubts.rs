@@ -1,8 +1,11 @@
 //! What speaks against a model although its evidence may be the best: sentences for people.
 
 use super::days::{Apart, Held, day_apart};
-use crate::Observed;
+use super::record::TrainedParameter;
 use crate::noise::measured_sd;
+use crate::{BeyondTable, Observed};
+use rijke_inference::{Parameter, Prior};
+use rijke_numerics::words::with_sd;
 use rijke_study::hertz;
 use std::collections::BTreeMap;
 
@@ -26,6 +29,9 @@ const PASSIVE: f64 = 1.01;
 
 /// Two eigenvalues that differ by less than this part of their size are one.
 const ONE_MODE: f64 = 1e-7;
+
+/// Standard deviations from zero beyond which a sign is known.
+const CLEARLY: f64 = 5.0;
 
 /// A misfit of relative pressures beyond which mode shapes do not fit.
 const SHAPES: f64 = 0.1;
@@ -89,6 +95,34 @@ pub(super) fn doubts(
         ));
     }
     all
+}
+
+/// Modes that rest on the extrapolation of a measured table.
+pub(super) fn beyond_tables<'a>(
+    mut all: impl Iterator<Item = (&'a Observed, BeyondTable)>,
+) -> Option<String> {
+    let (first, table) = all.next()?;
+    let (count, point) = (1 + all.count(), &first.conditions.id);
+    let modes =
+        if count == 1 { "one measured mode lies".into() } else { format!("{count} measured modes lie") };
+    Some(format!("{modes} beyond a table, where its fit extrapolates; at {point}: {table}"))
+}
+
+/// Parameters that the data give another sign than their prior, most of which lies on its side of zero.
+pub(super) fn other_sign(found: &[TrainedParameter], declared: &[Parameter]) -> Vec<String> {
+    let one = |parameter: &Parameter| {
+        let Prior::Normal { mean, sd } = parameter.prior else { return None };
+        let f = found.iter().find(|f| f.name == parameter.name)?;
+        let other = f.value * mean < 0.0 && mean.abs() >= sd && f.value.abs() > CLEARLY * f.sd;
+        other.then(|| {
+            format!(
+                "{} = {} has the other sign than its prior, {mean} +- {sd}: if that cannot be, look at the signs in its law and at the phases of its tables",
+                f.name,
+                with_sd(f.value, f.sd)
+            )
+        })
+    };
+    declared.iter().filter_map(one).collect()
 }
 
 /// Two measured modes of one point that the model has for one.

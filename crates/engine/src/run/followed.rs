@@ -102,16 +102,26 @@ impl<'a> Followed<'a> {
             .collect())
     }
 
-    /// The labels of the modes.
-    pub(super) fn labels(&self) -> &[String] {
-        &self.labels
-    }
-
     /// Where a mode is sought under `conditions`: where it was measured there, else where it lies at the
     /// nearest point at which it was, its frequency in proportion to that of sound along the rig. None of a
     /// mode that was never seen.
     pub(super) fn near(&self, label: &str, conditions: &Conditions) -> Option<C64> {
         self.nearest(label, conditions).map(|seen| seen.scaled_to(conditions))
+    }
+
+    /// Where the mode of a label arrives under `conditions` when it is followed from the nearest other
+    /// point at which it was measured, and that point. None where it cannot be followed.
+    pub(super) fn arrives(
+        &self,
+        assembly: &Assembly,
+        values: &[f64],
+        label: &str,
+        conditions: &Conditions,
+    ) -> Option<(&str, C64)> {
+        let elsewhere = self.seen.iter().filter(|m| m.label == label && m.conditions.id != conditions.id);
+        let seen =
+            elsewhere.min_by(|a, b| self.distance(a, conditions).total_cmp(&self.distance(b, conditions)))?;
+        Some((&seen.conditions.id, self.led(assembly, values, seen, conditions)?))
     }
 
     /// The point at which a mode was measured that is nearest to these conditions.
@@ -120,17 +130,19 @@ impl<'a> Followed<'a> {
         if let Some(there) = of_it().find(|m| m.conditions.id == conditions.id) {
             return Some(there);
         }
-        let distance = |mode: &Seen| -> f64 {
-            let pairs = mode.conditions.point.factors.iter().zip(&conditions.point.factors).zip(&self.ranges);
-            let one = |((a, b), range): ((&f64, &f64), &f64)| match (a.is_nan(), b.is_nan()) {
-                (false, false) => ((a - b) / range).powi(2),
-                (true, true) => 0.0,
-                // A part that is there at one of the two points only.
-                _ => 4.0,
-            };
-            pairs.map(one).sum()
+        of_it().min_by(|a, b| self.distance(a, conditions).total_cmp(&self.distance(b, conditions)))
+    }
+
+    /// How far a point at which a mode was seen lies from these conditions, squared.
+    fn distance(&self, mode: &Seen, conditions: &Conditions) -> f64 {
+        let pairs = mode.conditions.point.factors.iter().zip(&conditions.point.factors).zip(&self.ranges);
+        let one = |((a, b), range): ((&f64, &f64), &f64)| match (a.is_nan(), b.is_nan()) {
+            (false, false) => ((a - b) / range).powi(2),
+            (true, true) => 0.0,
+            // A part that is there at one of the two points only.
+            _ => 4.0,
         };
-        of_it().min_by(|a, b| distance(a).total_cmp(&distance(b)))
+        pairs.map(one).sum()
     }
 
     /// Where a mode of the model leads from the point at which it was `seen`, along the straight way between

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use rijke_network::{Response, Workspace};
 use rijke_numerics::{C64, InOrder, Matrix, Order, symmetric_eigen};
 use rijke_study::plan::Stage;
-use rijke_study::{ObservedModes, Study};
+use rijke_study::{ObservedModes, Study, hertz};
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -32,7 +32,9 @@ pub struct StageForesight {
     pub observed: Option<usize>,
     /// At how many of them the gas is not known yet: it is taken as ambient and at rest.
     pub assumed: usize,
-    /// At how many of them no mode was measured: one is judged there, the one nearest to half a wavelength.
+    /// At how many of them no mode was measured: one is judged there, the lowest in the band of
+    /// `[recording]` or, if there is none, of `[search]`; where neither is stated, the one nearest to half
+    /// a wavelength.
     pub alone: usize,
     /// Its models.
     pub models: Vec<Foreseen>,
@@ -237,7 +239,16 @@ fn information(
             }
         }
         if measured.is_empty() {
-            let one = model.respond(&centre, Order::First, work).or_else(|lost| {
+            let rig = &assembly.rig;
+            let band = rig.ping_band_hz.or(rig.search_is_stated[1].then_some(rig.search[1]));
+            let inside = |s: &C64| band.is_some_and(|[low, high]| (low..=high).contains(&hertz(s.im)));
+            let all = if band.is_some() { model.modes(&centre).unwrap_or_default() } else { Vec::new() };
+            let lowest = all.into_iter().filter(inside).min_by(|a, b| a.im.total_cmp(&b.im));
+            let first = match lowest {
+                Some(s) => model.respond_near(&centre, s, Order::First, work),
+                None => model.respond(&centre, Order::First, work),
+            };
+            let one = first.or_else(|lost| {
                 // Newton's method may begin where nothing changes with s: the lowest of all modes instead.
                 let all = model.spectrum(&centre, [None, None])?.1.modes.modes;
                 let Some(first) = all.first() else { return Err(lost) };

@@ -154,8 +154,13 @@ pub(super) fn conditions_or_ambient(
     let displaced = uncertain.map(|(k, ((sd, value), factor))| {
         let mut moved = Point { factor_sds: vec![0.0; point.factors.len()], ..point.clone() };
         moved.factors[k] += STEP * sd;
-        let (name, installation) = (factor.name.clone(), point.installation.clone());
-        let cause = Cause::Factor { name, installation, level: value.to_string() };
+        let name = factor.name.clone();
+        let (installation, level) = if study.plan.common_errors.contains(&name) {
+            (String::new(), String::new())
+        } else {
+            (point.installation.clone(), value.to_string())
+        };
+        let cause = Cause::Factor { name, installation, level };
         let state = inferred.map(|s| s.moved.iter().find(|(factor, _)| *factor == k).map_or(s, |(_, s)| s));
         Ok((cause, Arc::new(conditions_or_ambient(study, &moved, state, Some(ambient))?)))
     });

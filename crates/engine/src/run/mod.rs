@@ -37,6 +37,7 @@ mod once;
 mod predicted;
 mod recognised;
 mod record;
+mod relabelled;
 mod rows;
 mod search;
 mod shapes;

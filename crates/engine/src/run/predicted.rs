@@ -1,5 +1,6 @@
 //! Predictions of an operating point, by one model or averaged over several.
 
+use crate::BeyondTable;
 use rijke_numerics::C64;
 use serde::Serialize;
 
@@ -30,6 +31,9 @@ pub struct Forecast {
     /// its most probable parameters: growth rate, 1/s, and frequency, Hz. None where there is no other, or
     /// where they cannot be counted.
     pub other: Option<[f64; 2]>,
+    /// What its laws ask of a table beyond its frequencies: of this mode, and of the other one.
+    #[serde(skip)]
+    pub beyond: [Option<BeyondTable>; 2],
 }
 
 impl Forecast {

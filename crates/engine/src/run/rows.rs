@@ -2,7 +2,7 @@
 
 use super::combined::{assembly_of, rows_of};
 use super::course::{Chosen, Elsewhere, Found, Run, StandsOn, Trusted};
-use super::doubts::{doubts, feeding};
+use super::doubts::{beyond_tables, doubts, feeding, other_sign};
 use super::matching::check_modes;
 use super::maxima::of_all;
 use super::record::{EvidenceRecord, ModelRecord, misfit, parameters};
@@ -115,6 +115,12 @@ impl Run {
         };
         let (fitted, shapes) = self.fitted(stage, &found, &record.predicted);
         let mut doubts = doubts(&found.observed, &fitted, record.misfit, floats(&trained.noise));
+        let beyond = found.observed.iter().zip(&record.predicted).filter_map(|(o, [growth, omega])| {
+            let model = PointModel::new(assembly, &o.conditions, &[]).ok()?;
+            Some((o, model.beyond_a_table(values, C64::new(*growth, *omega))?))
+        });
+        doubts.extend(beyond_tables(beyond));
+        doubts.extend(other_sign(&record.parameters, assembly.parameters()));
         let microphones = &self.rig.microphones;
         doubts.extend(outlying(&shapes, microphones.reference, &microphones.names));
         // Not in the first pass of a course whose evidence is checked further.

@@ -68,6 +68,11 @@ impl Run {
         let assumes = self.assumes(&stage, &chosen);
         let best = best_of(&results);
         self.average(&stage, &rows[next], &mut results[next].0, best);
+        if let (model, Some(found)) = &mut results[next] {
+            let said = self.relabelled(found, &model.predicted);
+            model.remark =
+                model.remark.take().into_iter().chain(said).reduce(|all, line| format!("{all}\n{line}"));
+        }
         let models: Vec<ModelRecord> = results.iter().map(|(model, _)| model.clone()).collect();
         let own = undecided(&stage, &models, &chosen, &carried);
         let Row { choice, .. } = rows.into_iter().nth(next).unwrap_or_default();

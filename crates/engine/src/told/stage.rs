@@ -156,12 +156,14 @@ pub fn tell_heat(heat: &HeatedFit, tell: &dyn Tell) {
             with_sd(ratio, sd)
         ));
     }
-    tell.note(format!(
-        "the rise of the gas scatters from point to point by {:.2} % (root mean square of the posterior; 95 % of it from {:.2} to {:.2} %)",
-        100.0 * heat.scatter,
-        100.0 * heat.scatter_within[0],
-        100.0 * heat.scatter_within[1]
-    ));
+    let (scatter, [low, high]) = (100.0 * heat.scatter, heat.scatter_within.map(|v| 100.0 * v));
+    // Where all of the posterior lies at one value, nothing is known of its width.
+    let within = if (low..=high).contains(&scatter) && low < high {
+        format!(" (root mean square of the posterior; 95 % of it from {low:.2} to {high:.2} %)")
+    } else {
+        String::new()
+    };
+    tell.note(format!("the rise of the gas scatters from point to point by {scatter:.2} %{within}"));
     let [offset, sd, before] = heat.common;
     if before > 0.0 && !heat.thermometers.is_empty() {
         tell.note(format!(

@@ -3,8 +3,10 @@
 
 mod by_differences;
 mod common;
+mod common_errors;
 mod differences;
 mod elements;
+mod labels;
 mod missing;
 mod next;
 mod next_microphones;

@@ -92,7 +92,7 @@ impl Ranked {
 }
 
 /// Nested Monte Carlo with the closed form: no derivative, no Gaussian predictive.
-fn sampled(length: f64, [mean, sd]: [f64; 2]) -> f64 {
+fn sampled(length: f64, [mean, sd]: [f64; 2], error: f64) -> f64 {
     let (outer, inner) = (6000, 3000);
     let mut stream = Streams::new(5).stream("next/closed form");
     let growth = |r: f64| speed() * r.ln() / length;
@@ -101,8 +101,8 @@ fn sampled(length: f64, [mean, sd]: [f64; 2]) -> f64 {
     let mut sum = 0.0;
     for _ in 0..outer {
         let (theta, noise) = (growth(mean + sd * draw()), draw());
-        let y = theta + SD * noise;
-        let density = cloud.iter().map(|m| (-0.5 * ((y - m) / SD).powi(2)).exp()).sum::<f64>();
+        let y = theta + error * noise;
+        let density = cloud.iter().map(|m| (-0.5 * ((y - m) / error).powi(2)).exp()).sum::<f64>();
         sum += -0.5 * noise * noise - (density / f64::from(inner)).ln();
     }
     sum / f64::from(outer)
@@ -116,7 +116,7 @@ fn oracle_information_against_nested_monte_carlo() {
     let found = ranked.ask(&ranked.study, &wish).unwrap();
     for s in &found.points {
         let length = s.factors[0].unwrap();
-        let oracle = sampled(length, ranked.r);
+        let oracle = sampled(length, ranked.r, SD);
         assert!((s.parameters / oracle - 1.0).abs() < 0.1, "{} m: {} {oracle}", length, s.parameters);
         assert_eq!((s.repeat, s.models, s.quantity), (length > 0.6, None, None));
         assert_eq!(s.hours, Some(1.5));
@@ -127,6 +127,33 @@ fn oracle_information_against_nested_monte_carlo() {
     let sum: f64 = found.plan.iter().map(|s| s.adds).sum();
     assert!((sum - found.total[0]).abs() < 1e-12 && found.total[0] >= found.total[1]);
     assert!(found.further.unwrap().1 < found.plan[1].adds);
+}
+
+/// A visit counts all modes, in whatever order they are written. Both modes of the tube lose as much, so that
+/// two are one with errors smaller by the root of two.
+#[test]
+fn oracle_a_visit_counts_all_modes_that_were_measured() {
+    let folder = folder("two-modes");
+    let rows = |id: &str, length: f64| -> [String; 2] {
+        [1, 2].map(|n| {
+            let (growth, hertz) = (speed() * 0.85_f64.ln() / length, f64::from(n) * 0.5 * speed() / length);
+            format!("{id},{n},{growth:.12},{SD},{hertz:.12},0.05\n")
+        })
+    };
+    let told = |order: [usize; 2]| {
+        let head = "point,mode,growth_rate [1/s],growth_rate_sd [1/s],frequency [Hz],frequency_sd [Hz]\n";
+        let rows = [rows("a", 1.0), rows("b", 0.8)].map(|both| order.map(|k| both[k].clone()).concat());
+        std::fs::write(folder.0.join("observations/modes.csv"), [head, &rows[0], &rows[1]].concat()).unwrap();
+        let ranked = ranked(&folder);
+        let wish = Wish { candidates: vec![0, 1, 2], points: 1, ..Wish::default() };
+        (ranked.ask(&ranked.study, &wish).unwrap(), ranked.r)
+    };
+    let ((found, r), (other, _)) = (told([0, 1]), told([1, 0]));
+    for (s, t) in found.points.iter().zip(&other.points) {
+        let oracle = sampled(s.factors[0].unwrap(), r, SD / 2.0_f64.sqrt());
+        assert!((s.parameters / oracle - 1.0).abs() < 0.1, "{}: {} {oracle}", s.point, s.parameters);
+        assert!(s.point == t.point && (s.parameters / t.parameters - 1.0).abs() < 1e-6);
+    }
 }
 
 /// The sd before is that of a prediction; the sd after is that of the posterior with one more datum, which

@@ -123,7 +123,7 @@ impl Posterior<'_> {
         }
         self.warn_of_fit(&fit, &mut health);
         let evidence = match (&laplace, evidence) {
-            (Ok(_), Some(evidence)) => Ok(evidence),
+            (Ok(_), Some(evidence)) => health.refused(&evidence).map_or(Ok(evidence), Err),
             (Err(reason), _) => Err(reason.clone()),
             (Ok(laplace), None) => Ok(laplace.evidence),
         };

@@ -140,9 +140,9 @@ impl Posterior<'_> {
                 Coordinates::Natural => a - low < sds[i] || high - a < sds[i],
                 // A likelihood that is largest at a bound, or beyond it, has its maximum in these coordinates
                 // at most sqrt(2) of the standard deviation there away from it.
-                Coordinates::Logit => {
+                Coordinates::Score => {
                     let distance = (a - low).min(high - a);
-                    z.abs() > 7.0 || (distance < CUT * sds[i] && sds[i] < NARROW * (high - low))
+                    z.abs() > FAR || (distance < CUT * sds[i] && sds[i] < NARROW * (high - low))
                 }
                 Coordinates::Log => false,
             };
@@ -157,6 +157,8 @@ impl Posterior<'_> {
 
 /// How near to a bound, in standard deviations, and how narrow, in widths of its prior, a posterior is cut.
 const CUT: f64 = 1.5;
+/// A standard normal number beyond which a value sits at a bound.
+const FAR: f64 = 5.0;
 const NARROW: f64 = 0.1;
 
 /// A quadratic likelihood with the exact prior of `parameters`.

@@ -1,7 +1,7 @@
 //! Can this evidence be trusted? What the checks of it found.
 
 use crate::density::Calls;
-use crate::evidence::Conflict;
+use crate::evidence::{Conflict, Evidence};
 use crate::maxima::{Explored, OtherMaximum};
 use crate::sample::{Importance, Verdict};
 use serde::{Deserialize, Serialize};
@@ -43,6 +43,8 @@ pub struct Health {
 
 /// Difference between Laplace's and the corrected evidence, nats, above which the row says so.
 const GAP: f64 = 0.5;
+/// The same above which there is no evidence, nats: a Bayes factor of 150 by nothing but the approximation.
+const REFUSED: f64 = 5.0;
 
 impl Health {
     /// The counts of a search.
@@ -53,6 +55,17 @@ impl Health {
             health.warnings.push(format!("new maxima were still found after {} starts", found.starts));
         }
         health
+    }
+
+    /// Why an evidence by Laplace's method must not be used, if importance sampling says so.
+    pub(crate) fn refused(&self, evidence: &Evidence) -> Option<String> {
+        let gap = self.importance.as_ref().filter(|found| found.good())?.ln_marginal - evidence.ln_marginal;
+        (gap.abs() > REFUSED).then(|| {
+            format!(
+                "Laplace's evidence is off by {gap:+.0} nats, by importance sampling: the posterior is no sum of Gaussians about its maxima. Give \
+                 parameters that the data tell apart, or integrate by a sampler"
+            )
+        })
     }
 
     /// Takes up what importance sampling found, against the sum of Laplace's evidences.

@@ -51,7 +51,8 @@ pub struct ParameterRecord {
     pub prior: Prior,
     /// Most probable physical value (at the maximum in the working coordinates).
     pub value: f64,
-    /// Posterior standard deviation, to first order in the transform.
+    /// Posterior standard deviation ([`Parameter::sd_about`](crate::Parameter::sd_about)), wider by what
+    /// few data leave unknown of the noise.
     pub sd: Option<f64>,
 }
 
@@ -65,23 +66,28 @@ pub struct Draws {
 }
 
 impl InferenceRecord {
-    /// Collects what `assessment` found of the model called `model`.
+    /// Collects what `assessment` found of the model called `model`; `few` has for each parameter the
+    /// factor on its standard deviation that few data ask for ([`Few`](crate::Few)).
     #[must_use]
-    pub fn new(model: &str, parameters: &Parameters, assessment: &Assessment) -> Self {
+    pub fn new(model: &str, parameters: &Parameters, assessment: &Assessment, few: &[f64]) -> Self {
         let laplace = assessment.laplace.as_ref();
         let sds = laplace.map(Laplace::sd).ok();
+        let wider = |l: &Laplace| {
+            let (c, p) = (&l.physical_covariance, few.len());
+            rows_of(&Matrix::from_fn(p, p, |i, j| few[i] * c[(i, j)] * few[j]))
+        };
         let rows = parameters.list().iter().enumerate().map(|(i, q)| ParameterRecord {
             name: q.name.clone(),
             symbol: q.symbol.clone(),
             unit: q.unit.clone(),
             prior: q.prior,
             value: assessment.fit.parameters[i],
-            sd: sds.as_ref().map(|s| s[i]),
+            sd: sds.as_ref().map(|s| few[i] * s[i]),
         });
         Self {
             model: model.to_owned(),
             parameters: rows.collect(),
-            covariance: laplace.map(|l| rows_of(&l.physical_covariance)).unwrap_or_default(),
+            covariance: laplace.map(wider).unwrap_or_default(),
             noise: assessment.fit.noise.clone(),
             evidence: assessment.evidence.clone(),
             curvature_ratio: laplace.ok().map(Laplace::curvature_ratio),
@@ -94,13 +100,14 @@ impl InferenceRecord {
 }
 
 impl Draws {
-    /// `count` draws from Laplace's Gaussian, as physical values.
+    /// `count` draws from Laplace's Gaussian, `few` times as wide, as physical values.
     ///
     /// # Errors
     /// [`InferenceError::Dense`] if the Hessian is not positive definite.
     pub fn new(
         parameters: &Parameters,
         laplace: &Laplace,
+        few: &[f64],
         count: usize,
         streams: Streams,
     ) -> Result<Self, InferenceError> {
@@ -109,7 +116,9 @@ impl Draws {
         let points: Vec<Vec<f64>> = (0..count)
             .map(|_| {
                 let xi: Vec<f64> = (0..laplace.mean.len()).map(|_| stream.sample(StandardNormal)).collect();
-                parameters.physical(&gaussian.point(&xi)[..parameters.len()])
+                let wider = gaussian.point(&xi).into_iter().zip(&laplace.mean).zip(few);
+                parameters
+                    .physical(&wider.map(|((z, mean), few)| mean + few * (z - mean)).collect::<Vec<_>>())
             })
             .collect();
         let posterior = parameters

@@ -3,8 +3,8 @@
 use super::laplace::Laplace;
 use crate::error::InferenceError;
 use crate::fit::{Fit, Posterior};
-use crate::numbers::{chi_squared_sds, normal_cdf, normal_quantile};
-use crate::problem::{Coordinates, Parameter, Prior};
+use crate::numbers::chi_squared_sds;
+use crate::problem::{Parameter, Prior, gaussian};
 use rijke_numerics::{Cholesky, Matrix, symmetric_eigen};
 use serde::{Deserialize, Serialize};
 
@@ -213,45 +213,16 @@ impl Parameter {
     pub(crate) fn score(&self, z: f64) -> [f64; 2] {
         let [a, slope, _] = self.physical(z);
         match self.prior {
-            Prior::Normal { mean, sd } => [(a - mean) / sd, slope / sd],
-            Prior::LogNormal { median, ln_sd } => {
-                let ratio = if self.coordinates == Coordinates::Log { 1.0 } else { slope / a };
-                [(a / median).ln() / ln_sd, ratio / ln_sd]
-            }
-            Prior::HalfNormal { sd } => [a / sd, slope / sd],
-            Prior::Uniform { .. } | Prior::Truncated { .. } => {
-                let [below, above] = self.prior.tails(a);
-                let xi = if below < above { normal_quantile(below) } else { -normal_quantile(above) };
-                let ln_phi = -0.5 * (xi * xi + (2.0 * std::f64::consts::PI).ln());
-                let density = self.ln_density(z).map_or(0.0, |d| (d[0] - ln_phi).exp());
-                if xi.is_finite() { [xi, density] } else { [xi.signum() * FARTHEST, 0.0] }
-            }
             Prior::Flat => [0.0, 0.0],
+            Prior::HalfNormal { sd } => [a / sd, slope / sd],
+            prior => {
+                let xi = prior.score(a);
+                let ln_ratio = prior.ln_density(a)[0] - gaussian(xi, 0.0, 1.0)[0];
+                if xi.is_finite() { [xi, slope * ln_ratio.exp()] } else { [xi.signum() * FARTHEST, 0.0] }
+            }
         }
     }
 }
 
 /// What a value on a bound counts as: the normal number whose tail is the smallest number.
 const FARTHEST: f64 = 38.0;
-
-impl Prior {
-    /// The probabilities below and above a value of a bounded prior.
-    fn tails(&self, a: f64) -> [f64; 2] {
-        match *self {
-            Self::Uniform { low, high } => [(a - low) / (high - low), (high - a) / (high - low)],
-            Self::Truncated { mean, sd, low, high } => {
-                let [l, x, h] = [low, a, high].map(|v| (v - mean) / sd);
-                let between = |from: f64, to: f64| {
-                    if from > 0.0 {
-                        normal_cdf(-from) - normal_cdf(-to)
-                    } else {
-                        normal_cdf(to) - normal_cdf(from)
-                    }
-                };
-                let whole = between(l, h);
-                [between(l, x) / whole, between(x, h) / whole]
-            }
-            _ => [0.5, 0.5],
-        }
-    }
-}

@@ -4,6 +4,7 @@ use crate::covariance::dense_enough;
 use crate::density::{Method, Objective};
 use crate::error::InferenceError;
 use crate::fit::{Conditional, Fit, Posterior};
+use crate::problem::Parameter;
 use rijke_numerics::{Cholesky, Matrix, Order, least_squares_sd, symmetric_eigen};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
@@ -46,6 +47,7 @@ pub struct Laplace {
     pub parameters: Vec<f64>,
     /// Covariance of the physical parameters, to first order in the transforms.
     pub physical_covariance: Matrix,
+    sds: Vec<f64>,
     /// Half of g' A^-1 g, nats: how far the fit was from the maximum.
     pub decrement: f64,
     /// How far the BFGS matrix of the search is from A: the largest eigenvalue in modulus of A^-1/2 (B - A)
@@ -63,10 +65,10 @@ impl Evidence {
 }
 
 impl Laplace {
-    /// Posterior standard deviation of each physical parameter.
+    /// Posterior standard deviation of each physical parameter, as [`Parameter::sd_about`] has it.
     #[must_use]
     pub fn sd(&self) -> Vec<f64> {
-        (0..self.parameters.len()).map(|i| self.physical_covariance[(i, i)].sqrt()).collect()
+        self.sds.clone()
     }
 
     /// Posterior correlation of two physical parameters.
@@ -124,6 +126,9 @@ impl Posterior<'_> {
         let covariance = factor.inverse();
         let slopes: Vec<f64> =
             self.parameters().list().iter().zip(&fit.working).map(|(q, &z)| q.physical(z)[1]).collect();
+        let sd = |(i, q): (usize, &Parameter)| {
+            q.sd_about(fit.parameters[i], slopes[i].abs() * covariance[(i, i)].sqrt())
+        };
         let gradient: Vec<f64> = keep.iter().map(|&i| parts.gradient[i]).collect();
         let bfgs_distance = (fit.method == Method::Bfgs)
             .then(|| relative_size(&hessian, &fit.search_hessian.select(&keep).plus(-1.0, &hessian)));
@@ -132,6 +137,7 @@ impl Posterior<'_> {
             mean: keep.iter().map(|&i| fit.working[i]).collect(),
             decrement: 0.5 * covariance.quadratic(&gradient),
             physical_covariance: Matrix::from_fn(p, p, |i, j| slopes[i] * covariance[(i, j)] * slopes[j]),
+            sds: self.parameters().list().iter().enumerate().map(sd).collect(),
             parameters: fit.parameters.clone(),
             gauss_newton_only: self.forward().highest_order() < Order::Second,
             hessian,

@@ -172,7 +172,13 @@ impl<'a> Posterior<'a> {
         let maps: Vec<[f64; 3]> = self.parameters.list().iter().zip(z).map(|(q, &z)| q.physical(z)).collect();
         let values: Vec<f64> = maps.iter().map(|m| m[0]).collect();
         let mut prediction = self.predict(&values, order)?;
-        to_working(&mut prediction, &maps, order.min(self.forward.highest_order()));
+        let (rows, first) = (prediction.values.len(), self.forward.highest_order() == Order::First);
+        if order == Order::Second && first && maps.iter().any(|m| m[2] != 0.0) {
+            // The coordinates bend although the model has no second derivatives.
+            prediction.curvature = vec![0.0; rows * p * (p + 1) / 2];
+        }
+        let bends = !prediction.curvature.is_empty();
+        to_working(&mut prediction, &maps, if bends { order } else { order.min(Order::First) });
         self.parts_of(z, prediction, order, held)
     }
 

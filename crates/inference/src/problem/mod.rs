@@ -13,6 +13,7 @@ mod parameter;
 mod parameters;
 mod prior;
 mod scale;
+mod score;
 mod structured;
 
 pub use alias::{Alias, Move};
@@ -22,6 +23,7 @@ pub use misfit::Kernel;
 pub use parameter::{Coordinates, Parameter, Repeat};
 pub use parameters::Parameters;
 pub use prior::Prior;
+pub(crate) use prior::gaussian;
 pub use structured::{Correlated, Structured, complex_columns};
 
 pub(crate) use kernelled::Kernelled;

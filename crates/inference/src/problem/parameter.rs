@@ -31,8 +31,9 @@ pub enum Coordinates {
     Natural,
     /// a = e^z, for positive values.
     Log,
-    /// a = low + (high - low) / (1 + e^-z), for values between two bounds.
-    Logit,
+    /// z is the standard normal number at the quantile of a, so that the prior is a standard normal
+    /// density: for values with bounds. Where the data say nothing, the posterior is Gaussian exactly.
+    Score,
 }
 
 /// How one parameter repeats by itself, said where it is declared.
@@ -45,9 +46,13 @@ pub enum Repeat {
     Mirror(f64),
 }
 
+/// Deviations over which a Gaussian is summed, and nodes on either side.
+const REACH: f64 = 6.0;
+const NODES: i32 = 40;
+
 impl Parameter {
-    /// A parameter in the coordinate natural to its prior: ln for log-normal and half-normal, logit for
-    /// bounded ones, the value itself otherwise.
+    /// A parameter in the coordinate natural to its prior: ln for log-normal ones, the standard normal
+    /// number for other bounded ones, the value itself otherwise.
     pub fn new(
         name: impl Into<String>,
         symbol: impl Into<String>,
@@ -56,8 +61,8 @@ impl Parameter {
     ) -> Self {
         let coordinates = match prior {
             Prior::Normal { .. } | Prior::Flat => Coordinates::Natural,
-            Prior::LogNormal { .. } | Prior::HalfNormal { .. } => Coordinates::Log,
-            Prior::Uniform { .. } | Prior::Truncated { .. } => Coordinates::Logit,
+            Prior::LogNormal { .. } => Coordinates::Log,
+            Prior::HalfNormal { .. } | Prior::Uniform { .. } | Prior::Truncated { .. } => Coordinates::Score,
         };
         let (name, symbol, unit) = (name.into(), symbol.into(), unit.into());
         Self { name, symbol, unit, prior, coordinates, repeats: None }
@@ -96,11 +101,33 @@ impl Parameter {
         match self.coordinates {
             Coordinates::Natural => [z, 1.0, 0.0],
             Coordinates::Log => [z.exp(); 3],
-            Coordinates::Logit => {
-                let ((low, high), [s, slope, curvature]) = (self.prior.bounds(), logistic(z));
-                [low + (high - low) * s, (high - low) * slope, (high - low) * curvature]
-            }
+            Coordinates::Score => self.prior.of_score(z),
         }
+    }
+
+    /// The standard deviation of the physical value, from that which its posterior has `to_first_order`
+    /// about the most probable `value`.
+    ///
+    /// Where values have bounds, the first order overstates the width, and so does the width of a Gaussian
+    /// in the working coordinate: the former where the data say little, the latter beside a bound. The
+    /// smaller of the two is taken. Of a truncated Gaussian it is within a sixth of the exact one.
+    #[must_use]
+    pub fn sd_about(&self, value: f64, to_first_order: f64) -> f64 {
+        if self.coordinates != Coordinates::Score {
+            return to_first_order;
+        }
+        let z = self.working(value);
+        let width = to_first_order / self.physical(z)[1];
+        // Trapezoids converge as fast as for any function that is smooth and falls off.
+        let mut sums = [0.0; 3];
+        for k in -NODES..=NODES {
+            let x = REACH * f64::from(k) / f64::from(NODES);
+            let (weight, a) = ((-0.5 * x * x).exp(), self.physical(z + width * x)[0] - value);
+            sums = [sums[0] + weight, sums[1] + weight * a, sums[2] + weight * a * a];
+        }
+        let [sum, first, second] = sums;
+        let sd = (second / sum - (first / sum).powi(2)).sqrt();
+        if sd.is_finite() { sd.min(to_first_order) } else { to_first_order }
     }
 
     /// The working coordinate of a physical value; not finite at or beyond a bound.
@@ -109,10 +136,7 @@ impl Parameter {
         match self.coordinates {
             Coordinates::Natural => value,
             Coordinates::Log => value.ln(),
-            Coordinates::Logit => {
-                let (low, high) = self.prior.bounds();
-                ((value - low) / (high - value)).ln()
-            }
+            Coordinates::Score => self.prior.score(value),
         }
     }
 
@@ -135,12 +159,7 @@ impl Parameter {
         let [j, j1, j2] = match self.coordinates {
             Coordinates::Natural => [0.0; 3],
             Coordinates::Log => [z, 1.0, 0.0],
-            Coordinates::Logit => {
-                let [s, slope, _] = logistic(z);
-                // ln(s (1 - s)) written so that neither factor underflows to zero.
-                let ln_slope = -z.abs() - 2.0 * (-z.abs()).exp().ln_1p();
-                [(high - low).ln() + ln_slope, 1.0 - 2.0 * s, -2.0 * slope]
-            }
+            Coordinates::Score => return Ok(gaussian(z, 0.0, 1.0)),
         };
         Ok([p + j, p1 * t1 + j1, p2 * t1 * t1 + p1 * t2 + j2])
     }
@@ -154,6 +173,7 @@ impl Parameter {
             (Prior::Flat, _) => f64::INFINITY,
             (Prior::Normal { sd, .. }, Coordinates::Natural) => sd,
             (Prior::LogNormal { ln_sd, .. }, Coordinates::Log) => ln_sd,
+            (_, Coordinates::Score) => 1.0,
             // Half the distance between the central 68 % quantiles, as for a Gaussian.
             (prior, _) => {
                 0.5 * (self.working(prior.quantile(0.841_345)) - self.working(prior.quantile(0.158_655)))
@@ -179,8 +199,8 @@ impl Parameter {
                 Coordinates::Log if low != 0.0 || high.is_finite() => {
                     Some("the coordinate ln needs the bounds 0 and infinity".to_owned())
                 }
-                Coordinates::Logit if !(low.is_finite() && high.is_finite()) => {
-                    Some("the coordinate logit needs two finite bounds".to_owned())
+                Coordinates::Score if self.prior == Prior::Flat => {
+                    Some("a flat prior has no quantiles".to_owned())
                 }
                 _ => None,
             }
@@ -190,10 +210,4 @@ impl Parameter {
         })?;
         self.prior.in_range(&self.name)
     }
-}
-
-fn logistic(z: f64) -> [f64; 3] {
-    let s = if z >= 0.0 { 1.0 / (1.0 + (-z).exp()) } else { z.exp() / (1.0 + z.exp()) };
-    let slope = s * (1.0 - s);
-    [s, slope, slope * (1.0 - 2.0 * s)]
 }

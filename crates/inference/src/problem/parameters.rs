@@ -226,6 +226,7 @@ impl Parameters {
             .map(|(p, &x)| match (p.prior, p.coordinates) {
                 (Prior::Normal { mean, sd }, Coordinates::Natural) => mean + sd * x,
                 (Prior::LogNormal { median, ln_sd }, Coordinates::Log) => median.ln() + ln_sd * x,
+                (_, Coordinates::Score) => x,
                 (prior, _) => p.working(prior.quantile(normal_cdf(x))),
             })
             .collect();

@@ -91,18 +91,7 @@ impl Prior {
             Self::Normal { mean, sd } => mean + sd * normal_quantile(p),
             Self::LogNormal { median, ln_sd } => median * (ln_sd * normal_quantile(p)).exp(),
             Self::Uniform { low, high } => low + p * (high - low),
-            Self::HalfNormal { sd } => -sd * normal_quantile(0.5 * (1.0 - p)),
-            Self::Truncated { mean, sd, low, high } => {
-                // Work in the tail that is further from one, where the distribution function keeps its
-                // digits.
-                let (a, b) = ((low - mean) / sd, (high - mean) / sd);
-                let standard = if a > 0.0 {
-                    -normal_quantile((1.0 - p) * normal_cdf(-a) + p * normal_cdf(-b))
-                } else {
-                    normal_quantile((1.0 - p) * normal_cdf(a) + p * normal_cdf(b))
-                };
-                (mean + sd * standard).clamp(low, high)
-            }
+            Self::HalfNormal { .. } | Self::Truncated { .. } => self.of_score(normal_quantile(p))[0],
             Self::Flat => {
                 if p == 0.5 {
                     0.0
@@ -160,12 +149,12 @@ impl Prior {
 }
 
 /// ln of a normal density, with its first two derivatives.
-pub(super) fn gaussian(x: f64, mean: f64, sd: f64) -> [f64; 3] {
+pub(crate) fn gaussian(x: f64, mean: f64, sd: f64) -> [f64; 3] {
     let t = (x - mean) / sd;
     [-0.5 * t * t - sd.ln() - 0.5 * (2.0 * PI).ln(), -t / sd, -1.0 / (sd * sd)]
 }
 
-fn truncated_mass(mean: f64, sd: f64, low: f64, high: f64) -> f64 {
+pub(super) fn truncated_mass(mean: f64, sd: f64, low: f64, high: f64) -> f64 {
     let (a, b) = ((low - mean) / sd, (high - mean) / sd);
     if a > 0.0 { normal_cdf(-a) - normal_cdf(-b) } else { normal_cdf(b) - normal_cdf(a) }
 }

@@ -163,3 +163,58 @@ fn exact_failures_are_rows_or_errors_never_numbers() {
     let found = posterior.assess(&AssessOptions::default()).unwrap();
     assert!(found.laplace.unwrap_err().contains("improper prior"));
 }
+
+/// All points of a circle fit alike: there is no maximum that a Gaussian is like.
+struct Circle;
+
+impl Forward for Circle {
+    fn predict(&self, a: &[f64], _: Order) -> Result<Prediction, ForwardError> {
+        let jacobian = Matrix::from_fn(1, 2, |_, k| 2.0 * a[k]);
+        Ok(Prediction { values: vec![a[0] * a[0] + a[1] * a[1]], jacobian, curvature: vec![2.0, 0.0, 2.0] })
+    }
+}
+
+#[test]
+fn behaviour_a_posterior_that_is_no_sum_of_gaussians_has_no_evidence() {
+    let observation = Observation::new("one", vec![1.0]).with_independent_noise(0, &[0]);
+    let data = Data::new(vec![observation], vec![NoiseGroup::fixed("noise", "1", 0.1)]).unwrap();
+    let prior = Prior::Normal { mean: 0.0, sd: 2.0 };
+    let parameters = ["a", "b"].map(|name| Parameter::new(name, name, "1", prior));
+    let parameters = Parameters::new(parameters.into()).unwrap();
+    let posterior = Posterior::new(&Circle, &data, &parameters).unwrap();
+    let refused = posterior.assess(&AssessOptions::default()).unwrap().evidence.unwrap_err();
+    assert!(
+        refused.contains("no sum of Gaussians") || refused.contains("not positive definite"),
+        "{refused}"
+    );
+}
+
+/// A model with first derivatives alone, in coordinates that bend: their curvature is known. The width
+/// beside a bound is that of the same model with second derivatives.
+#[test]
+fn exact_coordinates_bend_without_second_derivatives_too() {
+    struct Line(Order);
+    impl Forward for Line {
+        fn predict(&self, a: &[f64], order: Order) -> Result<Prediction, ForwardError> {
+            let curvature = if order.min(self.0) == Order::Second { vec![0.0] } else { Vec::new() };
+            Ok(Prediction { values: a.to_vec(), jacobian: Matrix::identity(1), curvature })
+        }
+        fn highest_order(&self) -> Order {
+            self.0
+        }
+    }
+    let observation = Observation::new("one", vec![0.02]).with_independent_noise(0, &[0]);
+    let data = Data::new(vec![observation], vec![NoiseGroup::fixed("noise", "1", 0.1)]).unwrap();
+    for prior in [Prior::HalfNormal { sd: 1.0 }, Prior::LogNormal { median: 0.05, ln_sd: 1.5 }] {
+        let parameters = Parameters::new(vec![Parameter::new("a", "a", "1", prior)]).unwrap();
+        let [first, second] = [Order::First, Order::Second].map(|order| {
+            let model = Line(order);
+            let posterior = Posterior::new(&model, &data, &parameters).unwrap();
+            let fit = posterior.map(&MapOptions::default()).unwrap();
+            posterior.laplace(&fit).unwrap()
+        });
+        assert!((first.parameters[0] / second.parameters[0] - 1.0).abs() < 1e-6);
+        assert!((first.sd()[0] / second.sd()[0] - 1.0).abs() < 1e-6, "{:?} {:?}", first.sd(), second.sd());
+        assert!((first.evidence.ln_marginal - second.evidence.ln_marginal).abs() < 1e-9);
+    }
+}

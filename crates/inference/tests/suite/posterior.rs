@@ -38,6 +38,11 @@ fn order_cost_with_joint_and_bounded_priors() {
         Parameter::new("c", "c", "1", Prior::HalfNormal { sd: 3.0 }),
     ])
     .unwrap();
+    taylor(
+        &Posterior::new(&model, &data, &parameters).unwrap(),
+        &[1.2, -1.0, 0.8, -2.5, -3.0],
+        &[0.3, 0.5, -0.2, 0.1, 0.2],
+    );
     let covariance = Matrix::from_fn(2, 2, |i, j| if i == j { 0.3 } else { 0.2 });
     let parameters = parameters.with_joint(&["c", "a"], &[0.7, 1.1], &covariance).unwrap();
     let posterior = Posterior::new(&model, &data, &parameters).unwrap();
@@ -51,11 +56,13 @@ fn exact_every_prior_holds_unit_mass_in_every_coordinate() {
         (Prior::Normal { mean: 1.0, sd: 0.5 }, Coordinates::Natural),
         (Prior::LogNormal { median: 2.0, ln_sd: 0.7 }, Coordinates::Log),
         (Prior::LogNormal { median: 2.0, ln_sd: 0.7 }, Coordinates::Natural),
-        (Prior::Uniform { low: -1.0, high: 3.0 }, Coordinates::Logit),
+        (Prior::Uniform { low: -1.0, high: 3.0 }, Coordinates::Score),
         (Prior::Uniform { low: -1.0, high: 3.0 }, Coordinates::Natural),
         (Prior::HalfNormal { sd: 2.0 }, Coordinates::Log),
+        (Prior::HalfNormal { sd: 2.0 }, Coordinates::Score),
+        (Prior::LogNormal { median: 2.0, ln_sd: 0.7 }, Coordinates::Score),
         (Prior::HalfNormal { sd: 2.0 }, Coordinates::Natural),
-        (Prior::Truncated { mean: 5.0, sd: 1.0, low: 0.0, high: 2.0 }, Coordinates::Logit),
+        (Prior::Truncated { mean: 5.0, sd: 1.0, low: 0.0, high: 2.0 }, Coordinates::Score),
         (Prior::Truncated { mean: 0.5, sd: 1.0, low: 0.0, high: 2.0 }, Coordinates::Natural),
     ];
     for (prior, coordinates) in cases {
@@ -66,7 +73,8 @@ fn exact_every_prior_holds_unit_mass_in_every_coordinate() {
                 let (low, high) = prior.bounds();
                 (low.max(-10.0), high.min(200.0))
             }
-            Coordinates::Log | Coordinates::Logit => (-40.0, 40.0),
+            Coordinates::Log => (-40.0, 40.0),
+            Coordinates::Score => (-8.0, 8.0),
         };
         let n = 400_000;
         let h = (high - low) / f64::from(n);
@@ -164,6 +172,51 @@ fn exact_floated_noise_rests_on_a_floor_that_explains_the_data() {
             // The mean is zero by symmetry, so the total variance is the mean square: scatter^2.
             assert_relative_eq!(fit.noise[0].sd.powi(2), expected, epsilon = 1e-5);
             assert!(posterior.laplace(&fit).is_ok());
+        }
+    }
+}
+
+/// What is measured is the parameter.
+struct Itself;
+
+impl Forward for Itself {
+    fn predict(&self, a: &[f64], _: Order) -> Result<Prediction, ForwardError> {
+        Ok(Prediction { values: a.to_vec(), jacobian: Matrix::identity(1), curvature: vec![0.0] })
+    }
+}
+
+/// One number is measured as `at` with the error `sd`, under a prior with bounds: evidence and width against
+/// integrals over the physical value.
+#[test]
+fn oracle_priors_with_bounds_where_the_data_say_little_and_beside_a_bound() {
+    let half = Prior::HalfNormal { sd: 1.0 };
+    let uniform = Prior::Uniform { low: 0.0, high: 1.0 };
+    let cut = Prior::Truncated { mean: 0.7, sd: 0.5, low: 0.0, high: 1.0 };
+    for (prior, at, sd) in [half, uniform, cut].into_iter().flat_map(|prior| {
+        [(0.0, 30.0), (0.0, 3.0), (0.0, 0.3), (0.0, 0.03), (-0.3, 0.1), (0.2, 0.1), (0.5, 0.05)]
+            .map(|(at, sd)| (prior, at, sd))
+    }) {
+        let observation = Observation::new("one", vec![at]).with_independent_noise(0, &[0]);
+        let data = Data::new(vec![observation], vec![NoiseGroup::fixed("noise", "1", sd)]).unwrap();
+        let parameters = Parameters::new(vec![Parameter::new("a", "a", "1", prior)]).unwrap();
+        let posterior = Posterior::new(&Itself, &data, &parameters).unwrap();
+        let fit = posterior.map(&MapOptions::default()).unwrap();
+        let laplace = posterior.laplace(&fit).unwrap();
+        let n = 200_000;
+        let h = prior.bounds().1.min(8.0) / f64::from(n);
+        let mut sums = [0.0; 3];
+        for k in 0..n {
+            let a = (f64::from(k) + 0.5) * h;
+            let density = (prior.ln_density(a)[0] - 0.5 * ((a - at) / sd).powi(2)).exp() * h;
+            sums = [sums[0] + density, sums[1] + a * density, sums[2] + a * a * density];
+        }
+        let (evidence, mean) = (sums[0] / (sd * std::f64::consts::TAU.sqrt()), sums[1] / sums[0]);
+        let exact = (sums[2] / sums[0] - mean * mean).sqrt();
+        let (nats, ratio) = (laplace.evidence.ln_marginal - evidence.ln(), laplace.sd()[0] / exact);
+        println!("{prior:?} {at} +- {sd}: {nats:.3} nats, sd {:.4} for {exact:.4}", laplace.sd()[0]);
+        assert!(nats.abs() < 0.11 && (ratio - 1.0).abs() < 0.17, "{prior:?} {at} +- {sd}: {nats} {ratio}");
+        if sd > 20.0 {
+            assert!(nats.abs() < 1e-3 && (ratio - 1.0).abs() < 2e-3, "nothing is learnt: {nats} {ratio}");
         }
     }
 }

@@ -1,6 +1,8 @@
 //! Simulated data: calibration, model check, and files.
 
 use crate::problems::{Ringing, normal, ringing};
+use rand::RngExt;
+use rand_distr::StandardNormal;
 use rijke_inference::*;
 use rijke_numerics::{Cholesky, Matrix, Order, Streams};
 
@@ -127,7 +129,7 @@ fn exact_draws_have_the_layout_that_arviz_reads() {
     let (model, data, parameters) = ringing();
     let posterior = Posterior::new(&model, &data, &parameters).unwrap();
     let laplace = posterior.laplace(&posterior.map(&MapOptions::default()).unwrap()).unwrap();
-    let draws = Draws::new(&parameters, &laplace, 40, Streams::new(2)).unwrap();
+    let draws = Draws::new(&parameters, &laplace, &vec![1.0; parameters.len()], 40, Streams::new(2)).unwrap();
     // from_json wants group -> variable -> chains -> draws, and attributes as group_attrs.
     let json: serde_json::Value = serde_json::to_value(&draws).unwrap();
     let groups: Vec<&String> = json.as_object().unwrap().keys().collect();
@@ -148,13 +150,54 @@ fn exact_records_survive_json() {
     let (model, data, parameters) = ringing();
     let posterior = Posterior::new(&model, &data, &parameters).unwrap();
     let assessment = posterior.assess(&AssessOptions::default()).unwrap();
-    let record = InferenceRecord::new("ringing", &parameters, &assessment);
+    let record = InferenceRecord::new("ringing", &parameters, &assessment, &vec![1.0; parameters.len()]);
     let back: InferenceRecord = serde_json::from_str(&serde_json::to_string(&record).unwrap()).unwrap();
     assert_eq!(back.parameters, record.parameters);
     assert_eq!(back.evidence, record.evidence);
     let laplace = assessment.laplace.unwrap();
-    let draws = Draws::new(&parameters, &laplace, 2000, Streams::new(2)).unwrap();
+    let draws =
+        Draws::new(&parameters, &laplace, &vec![1.0; parameters.len()], 2000, Streams::new(2)).unwrap();
     let amplitude = &draws.posterior["amplitude"][0];
     let mean = amplitude.iter().map(|a| a.ln()).sum::<f64>() / 2000.0;
     assert!((mean - laplace.mean[0]).abs() < 4.0 * (laplace.covariance[(0, 0)] / 2000.0).sqrt());
+}
+
+/// Few numbers whose noise floats: what a record states holds the truth as often as two standard deviations
+/// should.
+#[test]
+fn coverage_of_records_of_few_data() {
+    for n in [4, 8] {
+        let (mut inside, count) = (0, 400);
+        for seed in 0..count {
+            let mut stream = Streams::new(seed).stream("few");
+            let values = (0..n).map(|_| -> f64 { stream.sample(StandardNormal) }).collect();
+            let which: Vec<usize> = (0..n).collect();
+            let observation = Observation::new("few", values).with_independent_noise(0, &which);
+            let data = Data::new(vec![observation], vec![NoiseGroup::floated("noise", "1")]).unwrap();
+            let prior = Prior::Normal { mean: 0.0, sd: 100.0 };
+            let parameters = Parameters::new(vec![Parameter::new("mean", "m", "1", prior)]).unwrap();
+            let model = Mean(n);
+            let posterior = Posterior::new(&model, &data, &parameters).unwrap();
+            let assessment = posterior.assess(&AssessOptions::default()).unwrap();
+            let few =
+                posterior.linearised(&assessment.fit, assessment.laplace.as_ref().unwrap()).unwrap().few();
+            let record = InferenceRecord::new("few", &parameters, &assessment, &few.parameters);
+            let [value, sd] = [record.parameters[0].value, record.parameters[0].sd.unwrap()];
+            inside += usize::from(value.abs() < 2.0 * sd);
+            assert!((record.covariance[0][0].sqrt() / sd - 1.0).abs() < 1e-9);
+        }
+        let share = inside as f64 / count as f64;
+        println!("{n} numbers: {share}");
+        assert!((0.925..0.98).contains(&share), "{n}: {share}");
+    }
+}
+
+/// Every number is the parameter.
+struct Mean(usize);
+
+impl Forward for Mean {
+    fn predict(&self, a: &[f64], _: Order) -> Result<Prediction, ForwardError> {
+        let jacobian = Matrix::from_fn(self.0, 1, |_, _| 1.0);
+        Ok(Prediction { values: vec![a[0]; self.0], jacobian, curvature: vec![0.0; self.0] })
+    }
 }

@@ -96,6 +96,7 @@ class Network(_native.Network):
         names : list of str, optional
             Names of :meth:`numbers`; every one on which s can depend smoothly if not given.
         """
+        self._is_mode(s)
         if names is not None:
             return dict(zip(names, map(complex, self.derivatives(s, list(names)))))
         found = {}
@@ -110,10 +111,12 @@ class Network(_native.Network):
 
     def budget(self, s: complex) -> Dict[str, float]:
         """Where the growth rate of the mode ``s`` comes from: shares by end, wall and element, 1/s; they add up to it."""
+        self._is_mode(s)
         return self.account(s)[1]
 
     def condition(self, s: complex) -> float:
         """How much relative errors of the network's numbers are magnified in ``s``."""
+        self._is_mode(s)
         return self.account(s)[0]
 
     def along(self, s: complex, samples: Optional[int] = None) -> Along:
@@ -124,7 +127,14 @@ class Network(_native.Network):
         samples : int, optional
             Points in each duct, ends included; enough for smooth curves if not given.
         """
+        self._is_mode(s)
         return Along(s=s, **self.stations(s, samples))
+
+    def _is_mode(self, s: complex) -> None:
+        """Refuses an ``s`` that is no eigenvalue, to the digits that are usually printed."""
+        nearest = complex(self.solve(s))
+        if not abs(nearest - s) <= 1e-3 * abs(nearest):
+            raise InputError(f"s = {s:.6g} is no eigenvalue of this network", remedy=f"Use solve(s): from there it finds {nearest:.6g}.")
 
     def poles(self, growth_rate: Limits = None, frequency_hz: Limits = None) -> NDArray[np.complex128]:
         """Poles of laws within the region, 1/s and rad/s. They are not modes."""

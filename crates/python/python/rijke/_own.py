@@ -58,6 +58,11 @@ class Noise:
     """
 
     def __init__(self, sd: Optional[float] = None, ln_sd: Optional[float] = None) -> None:
+        if sd is None and ln_sd is not None:
+            raise InputError("ln_sd needs the median sd beside it: Noise(sd, ln_sd)")
+        for name, value in (("sd", sd), ("ln_sd", ln_sd)):
+            if value is not None and not 0.0 <= value < float("inf"):
+                raise InputError(f"{name} is {value}, but must be a finite number that is not negative")
         self.sd = sd
         self.ln_sd = ln_sd
 
@@ -76,27 +81,43 @@ class Data:
     ----------
     values : array, shape (m,)
         In the order in which models predict them.
-    noise : Noise or float, default floated
-        Standard deviation of each number; a float is a known one.
+    noise : Noise, float or array, default floated
+        Standard deviation of each number; a float is a known one for all, an array of shape (m,) one for each.
     covariance : array, shape (m, m), optional
         A known covariance that is added.
     """
 
     def __init__(
-        self, values: ArrayLike, noise: Union[Noise, float, None] = None, covariance: Optional[ArrayLike] = None
+        self, values: ArrayLike, noise: Union[Noise, ArrayLike, None] = None, covariance: Optional[ArrayLike] = None
     ) -> None:
         import numpy as np
 
+        if np.ma.is_masked(values):
+            raise InputError("some values are masked", remedy="Leave them out, and what models predict for them.")
+        if np.iscomplexobj(values):
+            raise InputError("the values are complex", remedy="Give real and imaginary parts as numbers of their own.")
         self.values: NDArray[np.float64] = np.asarray(values, float)
         if self.values.ndim != 1:
             raise InputError(f"the values have the shape {self.values.shape}, but one axis is needed")
         for k in np.flatnonzero(~np.isfinite(self.values))[:1]:
             raise InputError(f"value {k} is {self.values[k]}, but must be a finite number")
         m = len(self.values)
-        self.noise = noise if isinstance(noise, Noise) else Noise(noise if noise is not None or covariance is None else 0.0)
         self.covariance = None if covariance is None else np.asarray(covariance, float)
         if self.covariance is not None and self.covariance.shape != (m, m):
             raise InputError(f"the covariance has the shape {self.covariance.shape}, but {(m, m)} is needed")
+        if self.covariance is not None and not np.allclose(self.covariance, self.covariance.T, rtol=1e-9, atol=0.0):
+            raise InputError("the covariance is not symmetric, or not finite")
+        if noise is None:
+            noise = Noise() if covariance is None else Noise(0.0)
+        elif not isinstance(noise, Noise):
+            sd = np.asarray(noise, float)
+            if sd.ndim > 0:
+                if sd.shape != (m,) or not np.all(np.isfinite(sd)) or np.any(sd <= 0.0):
+                    raise InputError(f"the noise needs {m} positive numbers, one for each value")
+                self.covariance = np.diag(sd**2) + (0.0 if self.covariance is None else self.covariance)
+                sd = np.asarray(0.0)
+            noise = Noise(float(sd))
+        self.noise: Noise = noise
 
     def _json(self) -> str:
         import json
@@ -247,7 +268,7 @@ class Ranking:
         """Parameters of a model, of the best one if none is named: name, symbol, unit, value, sd."""
         import pandas as pd
 
-        return pd.DataFrame(self._found(name)["record"]["parameters"]).drop(columns="prior")
+        return pd.DataFrame(self._found(name)["record"]["parameters"]).drop(columns="prior", errors="ignore")
 
     def covariance(self, name: Optional[str] = None) -> NDArray[np.float64]:
         """Posterior covariance of the physical parameters, shape (p, p)."""

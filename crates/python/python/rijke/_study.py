@@ -352,7 +352,8 @@ class Stage:
             new installation (``_sd``) and that of the model alone (``_model_sd``), ``probability_of_instability`` (with the latter and the misfit of
             growth rates that the stage found), and the same
             ``averaged_`` over the models that the evidence leaves open, where it leaves any. Points of which nothing can be said
-            are in ``frame.attrs["left_out"]`` with the reason.
+            are in ``frame.attrs["left_out"]`` with the reason, and what the program remarks on predictions is in
+            ``frame.attrs["doubts"]``.
         """
         import json
 
@@ -375,6 +376,7 @@ class Stage:
             rows.append(row)
         frame = pd.DataFrame(rows)
         frame[names] = frame[names].astype(float)
+        frame.attrs["doubts"] = found["doubts"]
         frame.attrs["left_out"] = {point: why for point, why in found["left_out"]}
         return frame
 
@@ -472,5 +474,12 @@ class Suggestions:
 
 
 def _points(at: Any) -> List[Dict[str, float]]:
-    rows = at.to_dict("records") if hasattr(at, "to_dict") else at or []
-    return [{str(name): float(value) for name, value in row.items()} for row in rows]
+    if hasattr(at, "to_dict"):
+        # In a table an empty cell says that the part is absent.
+        return [{str(name): float(value) for name, value in row.items()} for row in at.to_dict("records")]
+    points = [{str(name): float(value) for name, value in row.items()} for row in at or []]
+    for k, point in enumerate(points):
+        for name, value in point.items():
+            if value != value:
+                raise InputError(f"point {k}: {name} is not a number", remedy=f"Leave {name} out for that of the nearest point.")
+    return points

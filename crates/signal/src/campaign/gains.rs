@@ -9,6 +9,9 @@ const SAID: f64 = 0.01;
 const ODD: f64 = 5.0;
 /// Where all pressures scatter alike, within this factor, their reference does.
 const ALIKE: f64 = 2.0;
+/// Standard normal deviate beyond which repeats scatter by more than their noise: 1e-6, for the many points
+/// and microphones of a campaign.
+const SURELY: f64 = 4.75;
 
 /// The pings of a point: its name, what its repeats say, its microphones, and the place of the reference
 /// among them.
@@ -39,11 +42,15 @@ pub(super) fn wandering(points: &[OfPoint<'_>]) -> Vec<String> {
 
 /// Microphone, point, relative scatter.
 fn of_point<'a>(of: &'a OfPoint<'a>) -> Vec<(&'a Channel, &'a str, f64)> {
-    let Repeats { between, mean, .. } = of.repeats;
+    let Repeats { between, mean, squares, within, count, .. } = of.repeats;
     let others: Vec<&Channel> =
         (0..of.microphones.len()).filter(|m| *m != of.reference).map(|m| &of.microphones[m]).collect();
     let scatter = |i: usize| {
         let (re, im) = (2 + 2 * i, 3 + 2 * i);
+        let chi_squared = squares[re] / within[(re, re)] + squares[im] / within[(im, im)];
+        if deviate(chi_squared, 2.0 * (*count as f64 - 1.0)) < SURELY {
+            return 0.0;
+        }
         (between[re] + between[im]).sqrt() / mean[re].hypot(mean[im])
     };
     let all: Vec<f64> = (0..others.len()).map(scatter).collect();
@@ -60,6 +67,13 @@ fn of_point<'a>(of: &'a OfPoint<'a>) -> Vec<(&'a Channel, &'a str, f64)> {
     others.iter().zip(&all).filter_map(odd).collect()
 }
 
+/// The standard normal number as improbable as this chi-squared (Wilson & Hilferty, Proc. Natl. Acad. Sci.
+/// 17 (1931) 684).
+fn deviate(chi_squared: f64, freedom: f64) -> f64 {
+    let spread = 2.0 / (9.0 * freedom);
+    ((chi_squared / freedom).cbrt() - (1.0 - spread)) / spread.sqrt()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -69,13 +83,18 @@ mod tests {
     /// Three repeats of four microphones, of which one has a gain that grows by a share from one to the
     /// next.
     fn said(which: usize, share: f64) -> Vec<String> {
+        with_noise(which, share, 1e-4)
+    }
+
+    /// The same with noise of which the fits know.
+    fn with_noise(which: usize, share: f64, sd: f64) -> Vec<String> {
         let values: Vec<(f64, Vec<f64>, Matrix)> = (0..3)
             .map(|n| {
                 let gain = |m: usize| 1.0 + if m == which { share * n as f64 } else { 0.0 };
-                let noise = |m: usize| 1e-4 * ((7 * n + 3 * m) as f64).sin();
+                let noise = |m: usize| sd * ((7 * n + 3 * m) as f64).sin();
                 let pressure = |m: usize| [(0.4 + 0.2 * m as f64) * gain(m) / gain(0) + noise(m), 0.01];
                 let all: Vec<f64> = [-9.0, 1070.0].into_iter().chain((1..5).flat_map(pressure)).collect();
-                (n as f64, all, Matrix::diagonal(&[1e-8; 10]))
+                (n as f64, all, Matrix::diagonal(&[sd * sd; 10]))
             })
             .collect();
         let repeats = combine(&values, &|k| k.to_string()).unwrap();
@@ -91,6 +110,10 @@ mod tests {
         let odd = said(3, 0.05);
         assert!(odd.len() == 1 && odd[0].starts_with("the gain of microphone 4 (m4) changes"), "{odd:?}");
         assert!(odd[0].contains("`dead = [4]`"));
+        // One channel of noisy ones is always the one that scatters most.
+        for (which, share) in [(3, 0.0), (3, 0.01), (1, 0.015)] {
+            assert!(with_noise(which, share, 0.015).is_empty(), "{which} {share}");
+        }
         let reference = said(0, 0.05);
         assert!(
             reference.len() == 1 && reference[0].starts_with("the gain of microphone 0 (m0) changes"),

@@ -110,9 +110,8 @@ pub(crate) fn reason(trace: &Trace<'_>, options: &PingOptions, fault: Fault) -> 
     let whole = || Whole::of(trace, options);
     let better = match &fault {
         // What is bent decays otherwise where it is loud.
-        Fault::StillDriven { .. } | Fault::GainDrifts { .. } | Fault::GainsApart { .. } => {
-            whole().and_then(|w| w.bent())
-        }
+        Fault::StillDriven { .. } => whole().and_then(|w| w.bent().or_else(|| w.growing())),
+        Fault::GainDrifts { .. } | Fault::GainsApart { .. } => whole().and_then(|w| w.bent()),
         Fault::ShortDecay { .. } => whole().and_then(|w| {
             w.by_itself().or_else(|| w.hum()).or_else(|| w.to_the_end()).or_else(|| w.beside_mains())
         }),
@@ -209,6 +208,10 @@ impl<'a> Whole<'a> {
                     continue;
                 }
                 let size = 0.5 * (a + b);
+                // A channel without a signal has no hum either.
+                if size < CLEAR * self.noise_beside(channel, frequency_hz, last) {
+                    continue;
+                }
                 if mode[channel] < SILENT * median && size > HUMS * mode[channel] {
                     return Some(Fault::OnlyHum { channel: channel.into(), frequency_hz });
                 }
@@ -223,6 +226,18 @@ impl<'a> Whole<'a> {
             frequency_hz,
             share,
         })
+    }
+
+    /// Amplitude of the noise beside a frequency in a channel, in the stretch that begins at `row`: the
+    /// median of tones on both sides, of which some may be other multiples of the mains.
+    fn noise_beside(&self, channel: usize, frequency_hz: f64, row: usize) -> f64 {
+        let apart = self.trace.rate_hz / self.span as f64;
+        let beside =
+            (2..2 + NEIGHBOURS / 2).flat_map(|k| [-1.0, 1.0].map(|side| side * f64::from(k) * apart));
+        let beside = beside.map(|away| frequency_hz + away).filter(|hz| *hz > 0.0);
+        let mut sizes: Vec<f64> = beside.map(|hz| self.tones(row, hz)[channel]).collect();
+        sizes.sort_by(f64::total_cmp);
+        sizes.get(sizes.len() / 2).copied().unwrap_or(0.0)
     }
 
     /// The tone of the forcing, steady at the end of the record, and not there at its beginning.

@@ -9,6 +9,7 @@
 use super::excess::Excess;
 use super::ringing::Ringing;
 use crate::ringdown::{Component, Kind, Solution, White, glance};
+use rijke_numerics::C64;
 use std::f64::consts::TAU;
 
 /// Distance from every known component, Hz, at which a further tone is sought: nearer ones are what the first
@@ -20,6 +21,13 @@ const LEFT: f64 = 4.0;
 /// Share of its price that one step must foresee a free number to be worth, or no fit is made with it.
 const PROMISE: f64 = 0.5;
 
+/// Distances at which a second mode is tried beside one whose decay no single mode explains, Hz: nearer
+/// than the first guess tells them apart in the part of the record that it sees.
+const SPLIT_HZ: [f64; 4] = [-2.0, -0.8, 0.8, 2.0];
+
+/// Deviations of what free numbers explain by chance beyond which a second mode explains more.
+const CHANCE: f64 = 5.0;
+
 /// Whether a fit may be of the wrong kind: it has a mode close to the first one, or leaves more than noise of
 /// the given variance.
 pub(super) fn is_doubtful(found: &Solution, noise: f64) -> bool {
@@ -28,13 +36,14 @@ pub(super) fn is_doubtful(found: &Solution, noise: f64) -> bool {
 }
 
 /// The fairest fit of `white`, whose noise has the given variance and may ring the mode: `found`, or one
-/// that `fit` makes of other components.
+/// that `fit` makes of other components. And, beside a fit by one mode that changes, one by two close modes
+/// which explains so much more that chance does not, though not what its many numbers cost.
 pub(super) fn fairest(
     white: White<'_>,
     (noise, ringing): (f64, Ringing),
     found: Solution,
     fit: &dyn Fn(Vec<Component>) -> Option<Solution>,
-) -> Solution {
+) -> (Solution, Option<Solution>) {
     let with = |list: &[Component], chirp: Option<f64>, excess: Option<f64>, close: bool| {
         let far = |(k, c): &(usize, &Component)| *k == 0 || close || !is_close(c, &list[0]);
         let mut list: Vec<Component> = list.iter().enumerate().filter(far).map(|(_, c)| *c).collect();
@@ -70,6 +79,9 @@ pub(super) fn fairest(
         tried.push(merged(&found, with(now, chirp, None, false)));
         tried.extend(excess.map(|_| merged(&found, with(now, None, excess, false))));
     }
+    if !close && worth && !ringing.is_some() {
+        tried.extend(split(white, now));
+    }
     let others: Vec<Solution> = tried.into_iter().filter_map(fit).collect();
     let least = others.iter().map(Solution::variance).fold(found.variance(), f64::min).max(noise);
     let chance = ringing.close_energy(white.step);
@@ -78,7 +90,31 @@ pub(super) fn fairest(
         let curves = [s.components[0].chirp, s.components[0].excess].into_iter().flatten().count() as f64;
         (s.residual + chance * (close + 0.5 * curves)) / least + samples * s.numbers() as f64
     };
-    others.into_iter().fold(found, |best, next| if cost(&next) < cost(&best) { next } else { best })
+    let pair = |s: &&Solution| has_close_neighbour(&s.components) && !s.components[0].is_curved();
+    let pair = others.iter().filter(pair).min_by(|a, b| a.residual.total_cmp(&b.residual)).cloned();
+    let best =
+        others.into_iter().fold(found, |best, next| if cost(&next) < cost(&best) { next } else { best });
+    let explains = |pair: &Solution| {
+        let more = pair.numbers() as f64 - best.numbers() as f64;
+        let gain = (best.residual - pair.residual - chance) / least;
+        gain > more + CHANCE * (2.0 * more.max(0.0)).sqrt()
+    };
+    let alone = best.components[0].is_curved() && !has_close_neighbour(&best.components);
+    let rival = pair.filter(|pair| alone && explains(pair));
+    (best, rival)
+}
+
+/// The components with two modes in the place of the first one: the pair of which one step promises most.
+fn split(white: White<'_>, now: &[Component]) -> Option<Vec<Component>> {
+    let pair = |apart_hz: &f64| {
+        let mut list = now.to_vec();
+        let s = now[0].s;
+        list[0] = Component::new(s - C64::new(0.0, 0.25 * TAU * apart_hz), Kind::Mode);
+        list.insert(1, Component::new(s + C64::new(0.0, 0.75 * TAU * apart_hz), Kind::Mode));
+        let gain = glance(white, &list).ok()?.gain;
+        Some((list, gain))
+    };
+    SPLIT_HZ.iter().filter_map(pair).max_by(|a, b| a.1.total_cmp(&b.1)).map(|(list, _)| list)
 }
 
 /// The components with the first one where it and its close neighbours lie on average.

@@ -276,10 +276,15 @@ fn fit_whitened(
     let inside = &left[..(to - from) * channels];
     let is_curved = Drift::left_by(&solution, inside, step).is_significant()
         || Excess::left_by(&solution, inside, step).is_significant();
+    let mut rival = None;
+    let fit = |components| search.solve(part, early(from), components, SETTLING).ok();
     if fairest::is_doubtful(&solution, noise) || is_curved {
-        let fit = |components| search.solve(part, early(from), components, SETTLING).ok();
-        solution = fairest::fairest(part, (noise, ringing), solution, &fit);
+        (solution, rival) = fairest::fairest(part, (noise, ringing), solution, &fit);
         left = rest(from, &solution);
+    } else if solution.components[0].is_curved() {
+        // What the first part of the decay took for a curve may be two modes in the whole of it.
+        let (found, other) = fairest::fairest(part, (noise, ringing), solution.clone(), &fit);
+        rival = if has_close_neighbour(&found.components) { Some(found) } else { other };
     }
     if search.ringing.is_some() {
         // A silence of a few decay times may be quieter than the rest.
@@ -322,6 +327,7 @@ fn fit_whitened(
         guess: subspace,
         doubtful: has_close_neighbour(&solution.components) || envelope.falls_late(channels, step),
         solution,
+        rival,
         left,
     })
 }

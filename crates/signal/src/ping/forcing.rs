@@ -14,6 +14,9 @@ const PLATEAU: f64 = 0.85;
 /// leaves.
 const NOISE: f64 = 2.5;
 const LEAST: f64 = 0.3;
+/// Deviations of a block's energy beyond which it differs by more than noise, in a record of hundreds of
+/// blocks.
+const SURELY: f64 = 3.5;
 /// Energy of a block, relative to the largest, from which the forcing counts as risen: a second excitation
 /// may be four times as loud as the first.
 const RISEN: f64 = 0.05;
@@ -126,6 +129,17 @@ impl Envelope {
         2.0 * (most * energy).sqrt() + most
     }
 
+    /// By how much noise may set the energies of two blocks apart, of which each has the deviation of
+    /// [`Self::plateau`].
+    fn noise_between(&self, a: f64, b: f64) -> f64 {
+        SURELY * (2.0 * self.block as f64 * (a + b)).sqrt()
+    }
+
+    /// By how much beating with neighbouring modes, and noise that rings the mode, may raise a block.
+    fn risen(&self, lowest: f64, highest: f64) -> f64 {
+        0.2 * lowest + 0.02 * highest + self.by_chance(lowest)
+    }
+
     fn top(&self) -> f64 {
         self.energy.iter().fold(0.0_f64, |a, &b| a.max(b))
     }
@@ -136,19 +150,21 @@ impl Envelope {
     }
 
     /// Whether the amplitude grows again after it has begun to fall: the block of least energy, one in which
-    /// it has grown by then, and the factor of the amplitude. What beats with neighbouring modes and noise
-    /// can do stays below a fifth of the energy plus a fiftieth of the largest so far. A second excitation
-    /// may be the louder one: the largest so far counts, not the largest of all.
+    /// it has grown by then, and the factor of the amplitude. What beats with neighbouring modes can do stays
+    /// below a fifth of the energy plus a fiftieth of the largest so far, or what noise can do. A second
+    /// excitation may be the louder one: the largest so far counts, not the largest of all.
     pub(crate) fn regrowth(&self) -> Option<Regrowth> {
         let risen = self.energy.iter().position(|&e| e >= RISEN * self.top())?;
         let (mut highest, mut least, mut found): (f64, usize, Option<usize>) = (0.0, risen, None);
         for (j, &e) in self.energy.iter().enumerate().skip(risen) {
             let lowest = self.energy[least];
-            if found.is_none() && (e < lowest || lowest >= PLATEAU * highest) {
+            let fall = ((1.0 - PLATEAU) * highest).max(self.noise_between(lowest, highest));
+            let fallen = highest - lowest > fall;
+            if found.is_none() && (e < lowest || !fallen) {
                 // Until the amplitude has fallen, every block begins anew.
                 least = j;
                 highest = e.max(highest);
-            } else if e > 1.2 * lowest + 0.02 * highest + self.by_chance(lowest) {
+            } else if e > lowest + self.risen(lowest, highest).max(self.noise_between(e, lowest)) {
                 // The block of largest energy says best what has grown.
                 found = found.filter(|&k| self.energy[k] >= e).or(Some(j));
             }

@@ -10,14 +10,16 @@ use super::power;
 use super::relative::relative;
 use super::ringing::{self, Ringing};
 use super::verdict::{self, Residue};
-use crate::Fault;
 use crate::dsp::noise::Whitener;
 use crate::ringdown::{Component, Kind, Solution, White, fundamental};
 use crate::unstable::Unstable;
+use crate::{Fault, TwoReadings};
 use rijke_numerics::C64;
 
 /// A second mode nearer than this, with a drift beside it, is no mode of a rig, Hz.
 const TOUCHING_HZ: f64 = 2.0;
+/// Two readings of a decay differ if they are so many stated standard deviations apart.
+const READINGS: f64 = 2.0;
 /// A tone that loses less of its amplitude while it is fitted is no decay: one that goes on fits as well.
 const LEAST_FALL: f64 = 0.05;
 
@@ -42,6 +44,8 @@ pub(super) struct Fitted {
     pub(super) end: Change,
     pub(super) guess: C64,
     pub(super) solution: Solution,
+    /// A fit by two close modes that explains more, if there is one.
+    pub(super) rival: Option<Solution>,
     /// Whether the forcing may have gone on after what was taken for its end.
     pub(super) doubtful: bool,
 }
@@ -151,9 +155,18 @@ impl Fitted {
             let apart = |c: &Component| (c.s.im - s.im).abs() / std::f64::consts::TAU;
             let modes = self.solution.components.iter().skip(1).filter(|c| c.kind == Kind::Mode);
             if let Some(apart_hz) = modes.map(apart).find(|apart| *apart < TOUCHING_HZ) {
-                return Err(Fault::TwoReadings(apart_hz, drift.rate));
+                return Err(Fault::TwoReadings(TwoReadings::Drifting(apart_hz, drift.rate)));
             }
             drift.remove(&mut ping);
+        }
+        if let Some(rival) = &self.rival {
+            let apart = |k: usize, distance: f64| distance.abs() > READINGS * ping.covariance[(k, k)].sqrt();
+            let [first, second] = [0, 1].map(|k| rival.components[k].s);
+            if apart(0, ping.s.re - first.re) || apart(1, ping.s.im - first.im) {
+                return Err(Fault::TwoReadings(TwoReadings::TwoModes(
+                    (second.im - first.im).abs() / std::f64::consts::TAU,
+                )));
+            }
         }
         let mut modes: Vec<C64> =
             self.solution.components.iter().filter(|c| c.kind == Kind::Mode).map(|c| c.s).collect();

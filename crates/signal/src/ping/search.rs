@@ -80,7 +80,7 @@ impl Search<'_> {
             return found;
         }
         let fit = |components| self.settled(decimated, components).ok();
-        fairest::fairest(white, (noise, self.ringing), found, &fit)
+        fairest::fairest(white, (noise, self.ringing), found, &fit).0
     }
 
     /// Fits `white` by the given components, without the weakest neighbours of the first one if the record

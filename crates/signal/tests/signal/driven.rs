@@ -41,6 +41,8 @@ pub(crate) struct Driven {
     /// Damping of the first mode at its steady amplitude without it, over that at small amplitude, less 1: it
     /// grows with the amplitude.
     pub(crate) excess: f64,
+    /// Whether all modes have the shape of the first one.
+    pub(crate) alike: bool,
 }
 
 impl Driven {
@@ -65,6 +67,7 @@ impl Driven {
             coasts_hz: None,
             channels: 6,
             excess: 0.0,
+            alike: false,
         }
     }
 
@@ -106,7 +109,8 @@ impl Driven {
                 }
                 q = next;
                 for (m, y) in channels.iter_mut().enumerate() {
-                    let shape = (0.5 + 0.45 * m as f64 * (k + 1) as f64).sin();
+                    let order = if self.alike { 1 } else { k + 1 };
+                    let shape = (0.5 + 0.45 * m as f64 * order as f64).sin();
                     y[n] += shape * q.re;
                 }
             }

@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used, clippy::print_stdout, clippy::panic, reason = "tests may stop and show tables")]
 
 mod any;
+mod beating;
 mod bound;
 mod calibrated;
 mod chirping;

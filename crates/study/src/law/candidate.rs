@@ -57,6 +57,19 @@ pub struct Effect {
     pub law: Formula,
     /// The velocity that `eu` is of, where it is not that at the place itself.
     pub hears: Option<Hears>,
+    /// The measured tables that the law uses.
+    pub tables: Vec<TableUse>,
+}
+
+/// A measured function of frequency in a law.
+#[derive(Clone, Debug)]
+pub struct TableUse {
+    /// What the file calls it; empty for the table of an element.
+    pub name: String,
+    /// Frequencies from and to at which it was measured, Hz.
+    pub band_hz: [f64; 2],
+    /// What stands in the place of s, 1/s.
+    pub argument: Formula,
 }
 
 /// A velocity elsewhere to which a source of heat answers.

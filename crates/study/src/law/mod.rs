@@ -6,7 +6,7 @@ mod place;
 mod table;
 mod words;
 
-pub use candidate::{Candidate, Coefficient, Effect, Hears, MeanFlow, Spread};
+pub use candidate::{Candidate, Coefficient, Effect, Hears, MeanFlow, Spread, TableUse};
 pub(crate) use parameters::{Parameters, check_name, parameters};
 pub use place::Place;
 pub(crate) use table::{Measured, SECOND};

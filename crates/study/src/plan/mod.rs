@@ -40,6 +40,8 @@ pub struct Plan {
     pub maps: Vec<MapQuestion>,
     /// What a further measurement costs, if that is stated.
     pub cost: Option<Cost>,
+    /// Factors whose errors all points share, each in proportion to its standard deviation: one meter.
+    pub common_errors: Vec<String>,
 }
 
 /// Time that further measurements take.

@@ -28,6 +28,8 @@ struct File {
     #[serde(default)]
     map: Vec<Spanned<MapFile>>,
     cost: Option<Spanned<CostFile>>,
+    #[serde(default)]
+    common_errors: Vec<Spanned<String>>,
 }
 
 #[derive(Deserialize)]
@@ -153,6 +155,20 @@ impl Plan {
         }
         base.suits(rig).map_err(|problem| source.fail(0, problem))?;
         let (name, question) = (file.name, file.question);
+        let erring = |factor: &crate::Factor| {
+            let k = campaign.factor(&factor.name);
+            k.is_some_and(|k| campaign.points.iter().any(|p| p.factor_sds[k] > 0.0))
+        };
+        let known = || listed(campaign.factors.iter().filter(|f| erring(f)).map(|f| f.name.as_str()));
+        let common = |name: Spanned<String>| {
+            let (at, name) = (name.span().start, name.into_inner());
+            if campaign.factors.iter().any(|f| f.name == name && erring(f)) {
+                return Ok(name);
+            }
+            let what = "factor with a standard deviation";
+            Err(source.fail(at, StudyProblem::Unknown { what, name, known: known() }))
+        };
+        let common_errors = file.common_errors.into_iter().map(common).collect::<Result<_, _>>()?;
         let cost = file.cost.map(|cost| {
             let at = cost.span().start;
             cost.into_inner().cost().map_err(|problem| source.fail(at, problem))
@@ -166,6 +182,7 @@ impl Plan {
             questions: Vec::new(),
             maps: Vec::new(),
             cost: cost.transpose()?,
+            common_errors,
         };
         for stage in file.responses {
             let at = stage.span().start;

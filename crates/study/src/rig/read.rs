@@ -18,7 +18,7 @@ use super::value::{Reader, Value};
 use super::whole::Rig;
 use crate::campaign::COLDEST;
 use crate::law::{
-    Candidate, Coefficient, Effect, Hears, Measured, Parameters, Place, SECOND, Words, parameters,
+    Candidate, Coefficient, Effect, Hears, Measured, Parameters, Place, SECOND, TableUse, Words, parameters,
 };
 use crate::names::{FACTOR, add, built_in};
 use crate::source::{Outcome, Source};
@@ -104,8 +104,8 @@ struct Reading<'a> {
     folder: &'a Path,
     /// Numbers that are none of a part: place in the scope, and value.
     loose: Vec<(usize, Value)>,
-    /// Measured tables, and where the file has them.
-    tables: Vec<(Range<usize>, Measured)>,
+    /// Measured tables, what formulas call them, and where the file has them.
+    tables: Vec<(String, Range<usize>, Measured)>,
     is_choked: bool,
     /// Whether properties of the gas follow temperature, so that it has no gamma of its own.
     gas_follows_temperature: bool,
@@ -222,7 +222,7 @@ pub(super) fn rig(file: File, campaign: &Campaign, source: &Source) -> Outcome<R
     let search = file.search.unwrap_or(Search { growth_rate: None, frequency_hz: None });
     let hertz = search.frequency_hz.unwrap_or([10.0, 1000.0]);
     let mut doubts = Vec::new();
-    for (at, table) in &reading.tables {
+    for (_, at, table) in &reading.tables {
         let said = table.doubt.clone().into_iter().chain(table.beyond(hertz));
         doubts.extend(said.map(|said| format!("{}, line {}: {said}", source.file, source.line(at.start))));
     }
@@ -338,10 +338,17 @@ impl Reading<'_> {
                 own: &own,
                 own_first: true,
             };
-            let law = words.law(&text, &place, at, &place_text, &mut BTreeSet::new())?;
+            let mut named = BTreeSet::new();
+            let law = words.law(&text, &place, at.clone(), &place_text, &mut named)?;
+            let measured = |(.., table): &(String, Range<usize>, Measured)| {
+                let argument = words.law("s", &place, at.clone(), &place_text, &mut BTreeSet::new())?;
+                Ok(TableUse { name: String::new(), band_hz: table.band, argument })
+            };
+            let of_the_law = self.tables.iter().filter(|(name, ..)| named.contains(name));
+            let tables = of_the_law.map(measured).collect::<Outcome<_>>()?;
             let named = |k: &usize| law.uses_parameter(*k);
             used.extend((0..self.unknowns.len()).filter(named).map(|k| self.unknowns[k].clone()));
-            effects.push(Effect { place, place_text, coefficient, law, hears });
+            effects.push(Effect { place, place_text, coefficient, law, hears, tables });
         }
         Ok((effects, used))
     }

@@ -93,11 +93,9 @@ impl Run {
             let values = [microphones.len() as f64, width]
                 .into_iter()
                 .chain((0..p).flat_map(|i| [trained.values[i], sd[i]]))
-                .chain(
-                    pairs
-                        .iter()
-                        .flat_map(|&(i, j)| [c[(i, i)], c[(j, j)], c[(i, j)], c[(i, j)] / (sd[i] * sd[j])]),
-                )
+                .chain(pairs.iter().flat_map(|&(i, j)| {
+                    [c[(i, i)], c[(j, j)], c[(i, j)], c[(i, j)] / (c[(i, i)] * c[(j, j)]).sqrt()]
+                }))
                 .map(finite)
                 .collect();
             let label = microphones.iter().map(|m| names[*m].as_str()).collect::<Vec<_>>().join(" ");

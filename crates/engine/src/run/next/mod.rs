@@ -11,6 +11,7 @@ mod predictive;
 mod pressures;
 mod sequence;
 mod told;
+mod visit;
 
 pub use microphones::{MicrophoneChoice, MicrophoneTable, microphones};
 pub use place::Wish;
@@ -96,10 +97,11 @@ pub struct Next {
 /// first, to first order at the most probable parameters. The first rival is what the model is compared with;
 /// of two or more, which of all is right can be the aim.
 ///
-/// Each point is a new visit, which measures what trained: growth rate, frequency, and relative pressures if
-/// the stage hears any. Its noise is the misfit of the model, which comes again if the point was measured,
-/// and the root mean square of the measured errors of the points that trained. Points of one name of
-/// installation share what installations differ by; none shares it with the points that trained.
+/// Each point is a new visit, which measures what trained: of every mode that was measured there (at a new
+/// point, that trained) growth rate and frequency, and relative pressures if the stage hears any. Its noise
+/// is the misfit of the model, which comes again if the point was measured, and the root mean square of the
+/// measured errors of the points that trained. Points of one name of installation share what installations
+/// differ by; none shares it with the points that trained.
 ///
 /// # Errors
 /// [`EngineError::NothingToMeasure`], [`EngineError::Damaged`], and those of the files.

@@ -4,6 +4,7 @@
 use super::predictive::{Numbers, Predictive, Shared};
 use super::pressures::Listening;
 use super::told::{Aim, Told};
+use super::visit::Visit;
 use crate::data::near_field;
 use crate::noise::{measured_sd, of_point_and_installation, varying};
 use crate::run::average::OpenModel;
@@ -13,7 +14,7 @@ use crate::run::inputs::{ambient_of_all, conditions, states};
 use crate::run::meant::observed;
 use crate::{Assembly, Conditions, EngineError, Observed, SavedModel, TrainedPosterior};
 use rayon::prelude::*;
-use rijke_numerics::Matrix;
+use rijke_numerics::{C64, Matrix};
 use rijke_rig::{ChannelErrors, ModeRows};
 use rijke_study::plan::Stage;
 use rijke_study::{ObservedModes, PointState, Study};
@@ -107,19 +108,33 @@ impl<'a> Place<'a> {
         })
     }
 
-    /// A point by a model, where its mode is sought as it was when it was measured.
+    /// The modes that a visit of a point measures, with the place where each is sought: those that were
+    /// measured there, else all that trained the model.
+    fn modes(
+        &self,
+        known: &Known<'_>,
+        conditions: &Conditions,
+    ) -> Result<Vec<(String, Option<C64>)>, EngineError> {
+        let here = self.observed.iter().filter(|o| o.conditions.id == conditions.id);
+        let measured: Vec<_> = here.map(|o| (o.mode.label.clone(), Some(o.near))).collect();
+        if !measured.is_empty() {
+            return Ok(measured);
+        }
+        let values = &known.posterior.gaussian.mean[..known.assembly.parameters().len()];
+        let sought = known.followed.sought(&known.assembly, values, conditions)?;
+        Ok(sought.into_iter().map(|mode| (mode.label, mode.near)).collect())
+    }
+
+    /// A mode at a point by a model.
     fn numbers(
         &self,
-        Known { model, posterior, assembly, followed }: &Known<'_>,
-        k: usize,
+        Known { model, posterior, assembly, .. }: &Known<'_>,
+        conditions: &Conditions,
+        near: Option<C64>,
         microphones: &[usize],
-    ) -> Result<(Numbers, Conditions), EngineError> {
-        let conditions = self.conditions(model, k)?;
-        let seen = self.observed.iter().find(|o| o.conditions.id == conditions.id);
-        let first = followed.labels().first();
-        let near = seen.map(|o| o.near).or_else(|| followed.near(first?, &conditions));
+    ) -> Result<Numbers, EngineError> {
         let (known, law) = (&posterior.gaussian, model.law.as_ref());
-        let linear = posterior.linear(known, assembly, &conditions, microphones, near, law)?;
+        let linear = posterior.linear(known, assembly, conditions, microphones, near, law)?;
         // Repeated visits of a point share the errors of its gas: some of them are made anew, but this
         // promises less.
         let shared = linear.base.into_iter().chain(linear.law).map(|(c, change)| (Shared::Cause(c), change));
@@ -137,17 +152,17 @@ impl<'a> Place<'a> {
                 numbers.shared.insert(cause, slope.iter().map(|d| d * sd).collect());
             }
         }
-        Ok((numbers, conditions))
+        Ok(numbers)
     }
 
-    /// What measuring each point would give.
+    /// What measuring each point would give of each of its modes.
     pub(super) fn expected(
         &self,
         stage: &Stage,
         model: &SavedModel,
         candidates: &[usize],
         microphones: &[usize],
-    ) -> Result<Vec<Result<Numbers, EngineError>>, EngineError> {
+    ) -> Result<Vec<Result<Visit, EngineError>>, EngineError> {
         let known = self.known(model)?;
         let posterior = &known.posterior;
         let trained = self.trained(model);
@@ -171,10 +186,10 @@ impl<'a> Place<'a> {
         let anew = [0, 1, 2].map(|k| hidden[k].max(ANEW * misfit[k]));
         let others: Vec<usize> =
             microphones.iter().copied().filter(|m| *m != rig.microphones.reference).collect();
-        let one = |&k: &usize| {
-            let (mut numbers, conditions) = self.numbers(&known, k, microphones)?;
+        let one = |(label, near): &(String, Option<C64>), conditions: &Conditions| {
+            let mut numbers = self.numbers(&known, conditions, *near, microphones)?;
             let rows = numbers.values.len();
-            let faults = |m: usize| misfit[2] + near_field(rig, &conditions, m).powi(2);
+            let faults = |m: usize| misfit[2] + near_field(rig, conditions, m).powi(2);
             let [with, without] = [&faults as &dyn Fn(usize) -> f64, &|_| anew[2]]
                 .map(|variance| heard.noise(&numbers, rig.microphones.reference, &others, variance));
             (numbers.stays, numbers.noise) = (with.plus(-1.0, &without), with);
@@ -184,10 +199,11 @@ impl<'a> Place<'a> {
             }
             heard.add_channels(&mut numbers, &others);
             for (r, [_, sd]) in noise.iter().enumerate().take(2).filter(|(_, [_, sd])| *sd > 0.0) {
-                let cause = Shared::Installation(r, self.study.campaign.points[k].installation.clone());
+                let cause = Shared::Installation(r, conditions.point.installation.clone());
                 numbers.shared.insert(cause, (0..rows).map(|i| if i == r { *sd } else { 0.0 }).collect());
             }
-            let Some(seen) = trained.iter().find(|o| o.conditions.id == conditions.id) else {
+            let same = |o: &&Observed| o.conditions.id == conditions.id && o.mode.label == *label;
+            let Some(seen) = trained.iter().find(same) else {
                 return Ok(numbers);
             };
             let used = seen.used(&others, rig.microphones.reference);
@@ -205,7 +221,16 @@ impl<'a> Place<'a> {
                 read.map(|(row, value)| (row, value - numbers.values[row])).unzip();
             numbers.repeated(&rows, &residual)
         };
-        Ok(candidates.par_iter().map(one).collect())
+        let visit = |&k: &usize| {
+            let conditions = self.conditions(model, k)?;
+            let mut visit = Visit::default();
+            for mode in self.modes(&known, &conditions)? {
+                let numbers = one(&mode, &conditions)?;
+                visit.add(mode.0, numbers);
+            }
+            Ok(visit)
+        };
+        Ok(candidates.par_iter().map(visit).collect())
     }
 
     /// The observations that trained a model.
@@ -260,21 +285,24 @@ impl<'a> Place<'a> {
         let grows = |o: &Observed| o.mode.growth_rate.is_some_and(|growth| growth > 0.0);
         let decays_only = !self.trained(model).iter().any(grows);
         for (&k, own) in wish.candidates.iter().zip(mine) {
-            let others: Result<Vec<Numbers>, EngineError> =
+            let others: Result<Vec<Visit>, EngineError> =
                 theirs.iter_mut().filter_map(Iterator::next).collect();
             let why = match (own, others) {
-                (Ok(own), Ok(_)) if own.values[0] > 0.0 && decays_only => format!(
+                (Ok(own), Ok(_)) if own.fastest() > 0.0 && decays_only => format!(
                     "the model says that the mode grows there, by {:.2} 1/s: it rings by itself, and has no decay to be measured",
-                    own.values[0]
+                    own.fastest()
                 ),
-                (Ok(own), Ok(others)) => {
-                    able.kept.push(k);
-                    able.own.push(own);
-                    able.rivals
-                        .iter_mut()
-                        .zip(others)
-                        .for_each(|(rival, numbers)| rival.numbers.push(numbers));
-                    continue;
+                (Ok(mut own), Ok(mut others)) => {
+                    Visit::keep_common(others.iter_mut().chain([&mut own]));
+                    if own.0.is_empty() {
+                        "the models have no mode in common there".into()
+                    } else {
+                        able.kept.push(k);
+                        able.own.push(own);
+                        let all = able.rivals.iter_mut().zip(others);
+                        all.for_each(|(rival, numbers)| rival.numbers.push(numbers));
+                        continue;
+                    }
                 }
                 (Err(e), _) | (_, Err(e)) => e.to_string(),
             };
@@ -301,12 +329,14 @@ impl<'a> Place<'a> {
         model: &SavedModel,
         k: usize,
         candidates: &[usize],
-        visits: &[Result<Numbers, EngineError>],
+        visits: &[Result<Visit, EngineError>],
     ) -> Result<Numbers, EngineError> {
-        let (numbers, _) = self.numbers(&self.known(model)?, k, &[])?;
+        let (known, conditions) = (self.known(model)?, self.conditions(model, k)?);
+        let near = self.modes(&known, &conditions)?.into_iter().next().and_then(|(_, near)| near);
+        let numbers = self.numbers(&known, &conditions, near, &[])?;
         let common = |cause: &Shared| {
-            let names = |visit: &Result<Numbers, EngineError>| {
-                visit.as_ref().is_ok_and(|v| v.shared.contains_key(cause))
+            let names = |visit: &Result<Visit, EngineError>| {
+                visit.as_ref().is_ok_and(|v| v.0.iter().any(|(_, mode)| mode.shared.contains_key(cause)))
             };
             let named = candidates.iter().zip(visits).filter(|(_, visit)| names(visit)).map(|(&k, _)| k);
             named.collect::<BTreeSet<_>>().len() > 1
@@ -328,7 +358,7 @@ pub(super) struct Measurable {
     /// Their places in the campaign.
     pub(super) kept: Vec<usize>,
     /// By the model.
-    pub(super) own: Vec<Numbers>,
+    pub(super) own: Vec<Visit>,
     /// By the others, the most probable first.
     rivals: Vec<Rival>,
     about: Option<Numbers>,
@@ -343,16 +373,18 @@ struct Rival {
     odds: f64,
     /// What it knows.
     covariance: Matrix,
-    numbers: Vec<Numbers>,
+    numbers: Vec<Visit>,
 }
 
 impl Measurable {
-    /// What visits of the points would tell, of whose numbers `seen` says which are measured.
+    /// What visits of the points would tell, if `seen` says what is measured of the numbers of each mode.
     pub(super) fn told(&self, seen: &(dyn Fn(&Numbers) -> Numbers + Sync)) -> Told {
         // The quantity stands behind all points.
-        let own = self.own.iter().map(seen).chain(self.about.clone()).collect();
-        let rival =
-            |r: &Rival| (r.odds, Predictive::new(r.numbers.iter().map(seen).collect(), &r.covariance));
+        let own = self.own.iter().map(|visit| visit.seen(seen)).chain(self.about.clone()).collect();
+        let rival = |r: &Rival| {
+            let numbers = r.numbers.iter().map(|visit| visit.seen(seen)).collect();
+            (r.odds, Predictive::new(numbers, &r.covariance))
+        };
         Told {
             mine: Predictive::new(own, &self.covariance),
             rivals: self.rivals.par_iter().map(rival).collect(),

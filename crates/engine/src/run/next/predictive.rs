@@ -27,7 +27,7 @@ pub(super) enum Shared {
     Microphone(usize, usize),
 }
 
-/// The numbers of one operating point to first order.
+/// The numbers of one visit, or of one of its modes, to first order.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Numbers {
     pub(super) values: Vec<f64>,
@@ -42,7 +42,7 @@ pub(super) struct Numbers {
 }
 
 impl Numbers {
-    /// The relative pressures, which stand after growth rate and angular frequency.
+    /// The relative pressures of one mode, which stand after growth rate and angular frequency.
     pub(super) fn pressures(&self) -> Vec<C64> {
         self.values[2..].chunks_exact(2).map(|z| C64::new(z[0], z[1])).collect()
     }

@@ -100,18 +100,13 @@ impl Sequence {
         let place = Place::of_states(study, observations, self.states.clone(), self.channels.clone())?;
         let now = selected(study, place.observed(), &self.stage.points);
         let known: Vec<&String> = self.models.iter().flat_map(|(.., saved)| &saved.trained_on).collect();
-        let mut new: Vec<&Observed> = now.iter().filter(|o| !known.contains(&&o.conditions.id)).collect();
-        // The mode that was measured there first.
-        new.dedup_by_key(|o| &o.conditions.id);
+        let new: Vec<&Observed> = now.iter().filter(|o| !known.contains(&&o.conditions.id)).collect();
         let one = |model: &(ModelRecord, Chosen, SavedModel)| self.lead(&place, model, &now, &new);
         let mut models = self.models.par_iter().map(one).in_order::<Result<Vec<_>, _>>()?;
         models.sort_by(|a, b| b.ln_evidence.total_cmp(&a.ln_evidence));
-        Ok(Leads {
-            stage: self.stage.id.clone(),
-            title: self.stage.title.clone(),
-            new: new.iter().map(|o| o.conditions.id.clone()).collect(),
-            models,
-        })
+        let mut points: Vec<String> = new.iter().map(|o| o.conditions.id.clone()).collect();
+        points.dedup();
+        Ok(Leads { stage: self.stage.id.clone(), title: self.stage.title.clone(), new: points, models })
     }
 
     fn lead(
@@ -159,8 +154,10 @@ impl Sequence {
         let at: Vec<usize> =
             new.iter().filter_map(|o| campaign.point(&o.conditions.id).map(|(k, _)| k)).collect();
         let (mut points, mut residual) = (Vec::new(), Vec::new());
-        for (numbers, observed) in place.expected(&self.stage, saved, &at, &[])?.into_iter().zip(new) {
-            let numbers = numbers?;
+        for (visit, observed) in place.expected(&self.stage, saved, &at, &[])?.into_iter().zip(new) {
+            // Where the model has one mode in place of two, it says nothing of the second.
+            let of_the_mode = |(label, _): &(String, Numbers)| *label == observed.mode.label;
+            let Some((_, numbers)) = visit?.0.into_iter().find(of_the_mode) else { continue };
             let used = observed.used(&[], usize::MAX);
             let keep = Matrix::from_fn(used.rows.len(), numbers.values.len(), |i, j| {
                 f64::from(u8::from(used.rows[i] == j))

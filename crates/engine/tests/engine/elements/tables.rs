@@ -1,6 +1,9 @@
 //! Measured tables in candidates.
 
 use super::{CLOSED, LOSSY, conditions, network, study, table};
+use crate::common::folder::Folder;
+use crate::common::tube::{TUBE, speed};
+use rijke_engine::run::{Run, Trusted, forecast};
 use rijke_engine::{Assembly, PointModel};
 use rijke_study::{Catalogue, Study};
 use std::collections::BTreeMap;
@@ -36,8 +39,11 @@ fn exact_a_candidate_has_the_table_of_a_flame() {
         format!("[{},{rest}", 2.0 * hertz.trim().parse::<f64>().unwrap())
     });
     let quicker = format!("[{}", quicker.collect::<String>());
-    for (more, rows) in [("", table()), (", of = 's*fast'", quicker)] {
+    for (more, rows) in [("", table()), (", of = 's*fast'", quicker.clone()), (", of = 's*half'", quicker)] {
         let text = OF_A_TABLE.replace("TABLE", &table()).replace("MORE", more);
+        // A name that stands below the table which uses it.
+        let named = "where.half = 'fast'\n[[candidate.effect]]";
+        let text = if more.contains("half") { text.replace("[[candidate.effect]]", named) } else { text };
         let catalogue = candidates(&device, "same", &text).unwrap();
         assert!(catalogue.doubts.is_empty(), "{:?}", catalogue.doubts);
         let flame = format!("type = 'flame'\ngain = 0.4\ntolerance = 1e-3\ntable = {rows}");
@@ -60,5 +66,54 @@ fn exact_a_candidate_has_the_table_of_a_flame() {
         let text = OF_A_TABLE.replace(from, to).replace("TABLE", &table()).replace("MORE", "");
         let error = candidates(&device, "bad", &text).map(|_| ()).unwrap_err();
         assert!(error.contains(".toml, line ") && error.contains(said), "{said}: {error}");
+    }
+}
+
+/// A law that hardly acts, so that modes have a closed form; it asks its table at twice their frequency.
+#[test]
+fn message_modes_that_ask_a_table_beyond_its_frequencies() {
+    let rig = format!(
+        "{TUBE}[[element]]\nname = 'flame'\ntype = 'device'\nnumbers = {{ twice = '2' }}\n[[element]]\ntype = 'duct'\nlength = '0.5 m'\n\
+         diameter = '50 mm'\n"
+    );
+    let table = "[[50, 1, 0], [100, 1, 0], [150, 1, 0], [TOP, 1, 0]]";
+    let (length, c) = (1.5, speed());
+    let row =
+        |n: f64| format!("a,{n},{:.9},0.5,{:.9},0.1\n", c * 0.85_f64.ln() / length, n * 0.5 * c / length);
+    let head = "point,mode,growth_rate [1/s],growth_rate_sd [1/s],frequency [Hz],frequency_sd [Hz]\n";
+    let modes = [head.to_owned(), row(1.0), row(2.0)].concat();
+    let plan = "name = 't'\n[[stage]]\nid = 's'\npoints = {}\ncompete = 'flame'\n[stage.noise]\ngrowth_rate = 0.0\nangular_frequency = 0.0\n";
+    for (top, asked) in [("500", None), ("300", Some(2.0)), ("200", Some(1.0))] {
+        let law = OF_A_TABLE.replace("MORE", ", of = 's*twice'").replace("TABLE", &table.replace("TOP", top));
+        let law = law.replace("mean = 1, sd = 1", "mean = 1e-6, sd = 1e-7");
+        let folder = Folder::new(
+            &format!("beyond-{top}"),
+            &[
+                ("rig.toml", &rig),
+                ("campaign.csv", "point,x [cm],T_amb [degC]\na,100,20\n"),
+                ("study.toml", plan),
+                ("candidates/flame.toml", &law),
+                ("observations/observations.toml", "kind = \"virtual\"\nsource = \"closed form\"\n"),
+                ("observations/modes.csv", &modes),
+            ],
+        );
+        let study = Study::open(&folder.0).unwrap();
+        let observations = study.observations().unwrap();
+        let mut run = Run::new(study.clone(), &observations, Trusted::Laplace).unwrap();
+        let remark = run.next_stage().unwrap().unwrap().models.remove(0).remark;
+        let said = asked.map(|n: f64| {
+            let modes = if n < 2.0 { "2 measured modes lie" } else { "one measured mode lies" };
+            let hertz = n * c / length;
+            format!(
+                "{modes} beyond a table, where its fit extrapolates; at a: the table `F` of `flame` is asked at {hertz:.1} Hz, and was measured from 50 to \
+                 {top} Hz"
+            )
+        });
+        let found = remark.iter().flat_map(|r| r.lines()).find(|line| line.contains("beyond a table"));
+        assert_eq!(found.map(str::to_owned), said);
+        let saved = run.saved("s").unwrap();
+        let (found, _) = forecast(&study, &observations, &saved, &[], &[0]).unwrap();
+        let beyond: Vec<bool> = found.iter().map(|f| f.beyond[0].is_some()).collect();
+        assert_eq!(beyond, [asked == Some(1.0), asked.is_some()]);
     }
 }

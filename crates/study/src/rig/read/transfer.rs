@@ -69,7 +69,7 @@ impl Reading<'_> {
                 .map_err(|problem| (at.clone(), problem))?;
             all.push((format!("{prefix}measured"), measured.text.clone()));
             factors.push(format!("{prefix}measured"));
-            self.tables.push((at.clone(), measured));
+            self.tables.push((format!("{prefix}measured"), at.clone(), measured));
         }
         for (key, unit, value) in [("delay", "s", &delay), ("cutoff_hz", "Hz", &cutoff)] {
             if let Some(value) = value {

@@ -1,0 +1,19 @@
+//! Decays that can be read in two ways.
+
+/// Two readings of one decay, whose growth rates differ.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum TwoReadings {
+    /// A second mode so near, Hz, and a drift, rad/s^2, together: a forcing that goes on may be fitted by
+    /// both.
+    #[error(
+        "the decay is fitted only by a second mode {0:.2} Hz from the first together with a frequency that drifts, by {1:.1} rad/s^2: \
+         a loudspeaker that goes on looks like that. Switch it off suddenly, by a relay, and record for longer"
+    )]
+    Drifting(f64, f64),
+    /// A second mode so near, Hz, explains the decay better than a frequency and a damping that change.
+    #[error(
+        "the decay is of two modes {0:.2} Hz apart, or of one whose frequency and damping change otherwise than they do in a rig: the growth rates \
+         of the two readings differ. Excite one of the modes alone, or record more microphones at less noise"
+    )]
+    TwoModes(f64),
+}
