@@ -134,6 +134,11 @@ impl Assembly {
         self.candidates.iter().find_map(|c| c.mean_flow)
     }
 
+    /// Whether a law uses a measured table.
+    pub(crate) fn has_tables(&self) -> bool {
+        self.candidates.iter().flat_map(|c| &c.effects).any(|effect| !effect.tables.is_empty())
+    }
+
     /// The candidates; the first is what the file of the rig itself says, where it says anything.
     #[must_use]
     pub fn candidates(&self) -> &[Candidate] {

@@ -5,7 +5,7 @@ use crate::run::{AskedPoint, Averaged, Forecast, OpenModel, at_other_maxima, bey
 use crate::{BeyondTable, SavedModel};
 use rijke_numerics::{Failed, Tell};
 use rijke_rig::files::csv_table;
-use rijke_study::{Point, Study};
+use rijke_study::{Point, Study, hertz};
 use std::collections::BTreeSet;
 
 /// Predictions, and what made them.
@@ -41,8 +41,8 @@ impl Forecasts<'_> {
             );
         }
         if let Some([low, high]) = model.measured_hz {
-            let hertz = |f: &Forecast| f.angular_frequency[0] / std::f64::consts::TAU;
-            let far: Vec<&Forecast> = found.iter().filter(|f| !(low..=high).contains(&hertz(f))).collect();
+            let far: Vec<&Forecast> =
+                found.iter().filter(|f| !(low..=high).contains(&frequency(f))).collect();
             if let Some(first) = far.first() {
                 tell.note(format!(
                     "warning: {} of {} modes lie beyond the frequencies at which a law of this model was measured, {low} to {high} Hz: it is extrapolated \
@@ -50,15 +50,14 @@ impl Forecasts<'_> {
                     far.len(),
                     found.len(),
                     first.point,
-                    hertz(first)
+                    frequency(first)
                 ));
             }
         }
         let [growth, hertz] = study.rig.search;
         let outside = |f: &&Forecast| {
-            let [s, omega] = [f.growth_rate[0], f.angular_frequency[0]];
-            !(growth[0]..=growth[1]).contains(&s)
-                || !(hertz[0]..=hertz[1]).contains(&(omega / std::f64::consts::TAU))
+            !(growth[0]..=growth[1]).contains(&f.growth_rate[0])
+                || !(hertz[0]..=hertz[1]).contains(&frequency(f))
         };
         let outside: Vec<&Forecast> = found.iter().filter(outside).collect();
         if let Some(first) = outside.first() {
@@ -73,11 +72,10 @@ impl Forecasts<'_> {
                 hertz[1],
                 first.point,
                 first.growth_rate[0],
-                first.angular_frequency[0] / std::f64::consts::TAU
+                frequency(first)
             ));
         }
-        let asked = found.iter().filter_map(|f| Some((f, f.beyond[0].as_ref()?)));
-        let asked: Vec<_> = asked.collect();
+        let asked: Vec<_> = found.iter().filter_map(|f| Some((f, f.beyond[0].as_ref()?))).collect();
         if let Some((first, table)) = asked.first() {
             tell.note(format!(
                 "warning: {} of {} modes lie beyond a measured table, where its fit extrapolates. The first, at {}: {table}",
@@ -125,6 +123,11 @@ impl Forecasts<'_> {
             ));
         }
     }
+}
+
+/// Frequency of a predicted mode, Hz.
+fn frequency(f: &Forecast) -> f64 {
+    hertz(f.angular_frequency[0])
 }
 
 /// How many different points these are.

@@ -1,7 +1,6 @@
 //! Where the laws of a model rest on tables that were not measured so far.
 
 use super::model::{LawAt, PointModel};
-use crate::assembly::Assembly;
 use rijke_formula::Here;
 use rijke_numerics::{C64, ComplexDual, JetSpace, Order};
 use rijke_study::names::S;
@@ -38,9 +37,6 @@ impl std::fmt::Display for BeyondTable {
 impl PointModel<'_> {
     /// The first table that is asked beyond its frequencies by the mode `s`, at these parameters.
     pub(crate) fn beyond_a_table(&self, values: &[f64], s: C64) -> Option<BeyondTable> {
-        if !has_tables(self.assembly) {
-            return None;
-        }
         let numbers = self.assembly.numbers(values);
         let dual = ComplexDual { value: s, slope: C64::ONE };
         let mut analytic = [None; S + 1];
@@ -64,8 +60,4 @@ impl PointModel<'_> {
             effect.tables.iter().find_map(|table| beyond(law, effect, table))
         })
     }
-}
-
-fn has_tables(assembly: &Assembly) -> bool {
-    assembly.candidates().iter().flat_map(|c| &c.effects).any(|effect| !effect.tables.is_empty())
 }

@@ -232,7 +232,10 @@ impl<'a> Asked<'a> {
         }
         let stability_sd = growth_rate[2].hypot(self.own_error);
         let s = C64::new(p.values[0], p.values[1]);
-        let beyond = PointModel::new(&self.assembly, &conditions, &[])?.beyond_a_table(self.values(), s);
+        let beyond = match self.assembly.has_tables() {
+            true => PointModel::new(&self.assembly, &conditions, &[])?.beyond_a_table(self.values(), s),
+            false => None,
+        };
         Ok(Forecast {
             point: point.id.clone(),
             mode: label.clone(),

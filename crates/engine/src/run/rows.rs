@@ -115,7 +115,8 @@ impl Run {
         };
         let (fitted, shapes) = self.fitted(stage, &found, &record.predicted);
         let mut doubts = doubts(&found.observed, &fitted, record.misfit, floats(&trained.noise));
-        let beyond = found.observed.iter().zip(&record.predicted).filter_map(|(o, [growth, omega])| {
+        let asked = found.observed.iter().zip(&record.predicted).filter(|_| assembly.has_tables());
+        let beyond = asked.filter_map(|(o, [growth, omega])| {
             let model = PointModel::new(assembly, &o.conditions, &[]).ok()?;
             Some((o, model.beyond_a_table(values, C64::new(*growth, *omega))?))
         });

@@ -157,9 +157,9 @@ impl Posterior<'_> {
 
 /// How near to a bound, in standard deviations, and how narrow, in widths of its prior, a posterior is cut.
 const CUT: f64 = 1.5;
+const NARROW: f64 = 0.1;
 /// A standard normal number beyond which a value sits at a bound.
 const FAR: f64 = 5.0;
-const NARROW: f64 = 0.1;
 
 /// A quadratic likelihood with the exact prior of `parameters`.
 struct Surrogate {

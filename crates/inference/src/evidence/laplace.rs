@@ -47,6 +47,7 @@ pub struct Laplace {
     pub parameters: Vec<f64>,
     /// Covariance of the physical parameters, to first order in the transforms.
     pub physical_covariance: Matrix,
+    /// Standard deviation of each of them.
     sds: Vec<f64>,
     /// Half of g' A^-1 g, nats: how far the fit was from the maximum.
     pub decrement: f64,

@@ -157,7 +157,7 @@ fn coverage_reasons_for_which_sound_rigs_are_refused() {
 }
 
 /// An amplitude of three times the noise of a sample: blocks of the plateau differ by a tenth. Before, most
-/// were refused as a second excitation; one that is there is still seen.
+/// were refused as a second excitation. Where there is one, the record is refused or its last decay is right.
 #[test]
 fn coverage_of_decays_in_strong_noise() {
     for ratio in [2.2, 3.3] {
