@@ -16,7 +16,7 @@ pub enum EngineError {
         stage: String,
     },
     /// Readings that no flow can have.
-    #[error("readings.csv: {problem}")]
+    #[error("the gas at the points, by [base] and readings.csv: {problem}")]
     Readings {
         /// What is wrong.
         problem: Box<rijke_study::StudyProblem>,
@@ -137,6 +137,19 @@ pub enum EngineError {
         /// Why, and the remedy.
         problem: String,
     },
+    /// Gas that flows from the downstream end to the upstream end, where a law or the waves need to know.
+    #[error(
+        "at operating point {point}: the gas flows from downstream to upstream ({velocity:.3} m/s), and {what}: describe the rig from its other end, or leave \
+         this point out"
+    )]
+    Backwards {
+        /// The operating point.
+        point: String,
+        /// Its velocity at the upstream end, m/s.
+        velocity: f64,
+        /// What cannot be.
+        what: String,
+    },
     /// A length or an area that is not positive.
     #[error(
         "at operating point {point}: a length or an area of the rig is not positive with these parameters"
@@ -144,16 +157,6 @@ pub enum EngineError {
     Impossible {
         /// The operating point.
         point: String,
-    },
-    /// A response that the model does not have.
-    #[error("response `{response}` at operating point {point}: {problem}")]
-    Response {
-        /// What was observed.
-        response: String,
-        /// The operating point.
-        point: String,
-        /// Why, and the remedy.
-        problem: &'static str,
     },
     /// A frequency is needed to know which mode is meant.
     #[error(
@@ -219,6 +222,12 @@ pub enum EngineError {
     NoPoint {
         /// The stage.
         stage: String,
+    },
+    /// A question that no observed point answers.
+    #[error("question `{question}`: none of its points was observed")]
+    NothingToAnswer {
+        /// The question.
+        question: String,
     },
     /// No further measurement can be judged.
     #[error("stage `{stage}`: no further measurement can be judged; {reason}")]
@@ -311,9 +320,9 @@ impl EngineError {
             | Self::ModesMet { point, .. }
             | Self::Shape { point, .. }
             | Self::Reference { point, .. }
+            | Self::Backwards { point, .. }
             | Self::Choked { point }
             | Self::Impossible { point }
-            | Self::Response { point, .. }
             | Self::NoFrequency { point, .. }
             | Self::NoTemperature { point } => Some(point),
             _ => None,

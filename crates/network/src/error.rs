@@ -126,6 +126,19 @@ pub enum NetworkError {
         /// Where.
         s: C64,
     },
+    /// Entropy waves of a mode that decays grow downstream beyond what a number holds.
+    #[error(
+        "at a growth rate of {sigma} 1/s entropy waves grow {exponent:.0} times by e while the mean flow carries them through the ducts: they drown the sound. \
+         Leave them out (entropy_waves = false), as shear does in slow flows, or search above {least:.0} 1/s"
+    )]
+    EntropyWaves {
+        /// The lowest growth rate of the region, 1/s.
+        sigma: f64,
+        /// Its size times the time that the flow takes.
+        exponent: f64,
+        /// The lowest growth rate that can be searched, 1/s.
+        least: f64,
+    },
     /// A region of the s-plane is empty or has no finite size.
     #[error(
         "the region {sigma:?} 1/s by {:.1} to {:.1} Hz is empty: give finite limits, the lower one first",

@@ -67,6 +67,8 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failed> {
     if !study.plan.responses.is_empty() {
         let mut found = check_responses(study.clone(), ui)?;
         if study.plan.stages.is_empty() {
+            ui.warn(&study.unused());
+            ui.warn(&doubts_of(&study));
             found["records"] = json!(recorded);
             return ui.result(&found);
         }

@@ -27,7 +27,7 @@ impl Study {
         let stated = self.channels()?.is_some();
         if stated && !self.plan.stages.iter().any(|s| s.channels) {
             all.push(
-                "observations/channels.toml states errors of gains and delays that all points share, but no stage has `channels = true`: \
+                "observations/channels.toml states errors of gains and delays that all points share, but no stage of modes has `channels = true`: \
                  without it they count as errors of each point alone, and parameters come out too certain"
                     .to_owned(),
             );
@@ -83,9 +83,9 @@ impl Study {
         let points: Vec<String> = self.campaign.points.iter().enumerate().filter_map(differs).collect();
         points.first().map(|first| {
             format!(
-                "at {} points, first {first}, the campaign and the records state different ambient temperatures; those of the records count \
+                "at {}, first {first}, the campaign and the records state different ambient temperatures; those of the records count \
                  (observations/points.csv); correct T_amb, or process the records again",
-                points.len()
+                counted(points.len(), "point")
             )
         })
     }
@@ -200,7 +200,7 @@ mod tests {
         observations.ambient.insert(1, [320.0, 0.1]);
         let other = study.other_temperatures(&observations).unwrap();
         assert!(
-            other.starts_with("at 1 points, first line-3 (294 K there, 320 K with the records)"),
+            other.starts_with("at 1 point, first line-3 (294 K there, 320 K with the records)"),
             "{other}"
         );
         observations.modes.pop();

@@ -149,6 +149,23 @@ impl Catalogue {
         Err(StudyProblem::Unknown { what: "role", name: role.to_owned(), known: listed(self.roles()) })
     }
 
+    /// Checks that of the candidates `among` which a stage chooses, unless there are none, every role that
+    /// competes has one: else no model could be made of them.
+    ///
+    /// # Errors
+    /// [`StudyProblem::Value`].
+    pub(crate) fn among_all(&self, compete: &[String], among: &[String]) -> Result<(), StudyProblem> {
+        let has_one = |role: &&String| self.competing(role).iter().any(|c| among.contains(&c.id));
+        match compete.iter().find(|role| !among.is_empty() && !has_one(role)) {
+            None => Ok(()),
+            Some(role) => Err(StudyProblem::Value {
+                key: "among".to_owned(),
+                value: format!("without a candidate of role {role}"),
+                need: "one or more candidates of every role that competes",
+            }),
+        }
+    }
+
     /// The candidates that compete for one role.
     #[must_use]
     pub fn competing(&self, role: &str) -> Vec<&Candidate> {

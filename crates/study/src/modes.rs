@@ -77,6 +77,17 @@ enum Column {
     Ignored,
 }
 
+impl Column {
+    /// Whether two columns hold the same, in whatever units.
+    fn is_of_the_same(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Self::Value(a, _), Self::Value(b, _)) | (Self::Sd(a, _), Self::Sd(b, _)) => a == b,
+            (Self::Drift(_), Self::Drift(_)) => true,
+            (a, b) => a == b,
+        }
+    }
+}
+
 /// Columns that other tables have beside ours.
 const IGNORED: [&str; 3] = ["repeat", "comment", "note"];
 
@@ -112,7 +123,7 @@ pub(crate) fn parse(
         columns.push(column(text, rig).map_err(|problem| source.at_line(top, problem))?);
     }
     for (k, a) in columns.iter().enumerate() {
-        if *a != Column::Ignored && columns[..k].contains(a) {
+        if *a != Column::Ignored && columns[..k].iter().any(|b| a.is_of_the_same(b)) {
             let problem = StudyProblem::Duplicate { what: "column", name: header[k].to_owned() };
             return Err(source.at_line(top, problem));
         }
@@ -148,6 +159,9 @@ pub(crate) fn parse(
     if modes.is_empty() {
         return Err(source.at_line(top, StudyProblem::Empty { what: "mode", need: "add a row" }));
     }
+    // Modes of one point side by side, in the order in which the points appear.
+    let order: Vec<usize> = modes.iter().map(|(_, m)| m.point).collect();
+    modes.sort_by_key(|(_, m)| order.iter().position(|p| *p == m.point));
     Ok(modes)
 }
 

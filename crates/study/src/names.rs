@@ -105,6 +105,11 @@ pub(crate) fn factors(scope: &Scope) -> impl Iterator<Item = &str> {
     scope.names().iter().filter(of_the_campaign).map(|n| n.name.as_str())
 }
 
+/// The factor of this name.
+pub(crate) fn factor_of(scope: &Scope, name: &str) -> Option<usize> {
+    scope.find(name).filter(|_| factors(scope).any(|factor| factor == name))
+}
+
 /// The scope that every study starts from.
 ///
 /// # Errors

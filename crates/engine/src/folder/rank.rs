@@ -122,7 +122,7 @@ pub fn rank(
         match run.answer(question) {
             Ok(answer) => answers.push(answer),
             // Defined with the medians of the priors, and not with what was trained.
-            Err(error @ EngineError::Network { .. }) => {
+            Err(error @ (EngineError::Network { .. } | EngineError::NothingToAnswer { .. })) => {
                 tell.note(format!("warning: the answer to `{}` is left out: {error}", question.id));
             }
             Err(error) => left_out(format!("the answer to `{}`", question.id), error)?,

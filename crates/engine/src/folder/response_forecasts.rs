@@ -4,7 +4,7 @@ use super::forecasts::how_many;
 use super::responses::{ResponseResults, response_fault};
 use super::results::{kept, known_stage};
 use super::study::{open_study, warn_of_study};
-use crate::response::{Ground, ResponseForecast};
+use crate::response::{Ground, ResponseForecast, trained_band};
 use crate::run::{AskedPoint, beyond, with_points};
 use rijke_numerics::{Classify, Failed, Tell};
 use rijke_rig::files::csv_table;
@@ -83,18 +83,12 @@ impl RankedResponses {
         if let Some(said) = self.ground.other_maxima() {
             tell.note(format!("warning: {said}"));
         }
-        let trained =
-            self.observed.list.iter().filter(|o| {
-                self.stage.points.holds(&self.study.campaign, &self.study.campaign.points[o.point])
-            });
-        let all = trained.flat_map(|o| o.frequency_hz.iter().copied());
-        let [low, high] =
-            all.fold([f64::INFINITY, 0.0], |[low, high]: [f64; 2], f| [low.min(f), high.max(f)]);
+        let Ok([low, high]) = trained_band(&self.study, &self.observed, &self.stage) else { return };
         let far = found.iter().filter(|f| !(low..=high).contains(&f.frequency_hz));
         let hertz = how_many(far.map(|f| f.frequency_hz.to_string()));
         if hertz > 0 {
             tell.note(format!(
-                "warning: {hertz} of the frequencies lie beyond those that were measured, {low} to {high} Hz: the laws are extrapolated"
+                "warning: {hertz} of the frequencies lie beyond those that the stage was trained on, {low} to {high} Hz: the laws are extrapolated"
             ));
         }
     }

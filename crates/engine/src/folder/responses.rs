@@ -74,6 +74,7 @@ pub fn rank_responses(
     }
     let observed = study.responses().or_bad_input()?;
     if study.plan.stages.is_empty() {
+        tell.warn(&study.unused());
         tell.warn(&doubts_of(&study));
     }
     tell.warn(&observed.warnings);

@@ -28,6 +28,7 @@ use rijke_network::flow_chain::FlowChain;
 use rijke_network::{Chain, Coefficients, Network, NetworkError, Newton, Places, Response, Root, Workspace};
 use rijke_numerics::{C64, Jet, Order};
 use rijke_study::MeanFlow;
+use rijke_study::names::{MACH, MASS_FLUX, VELOCITY};
 pub use tables::BeyondTable;
 
 /// The estimate of the error of an eigenvalue, relative to |s|, that ends its search. The estimate is that of
@@ -109,6 +110,7 @@ impl<'a> PointModel<'a> {
         let found = further.iter().map(|x| network.place_at(*x)).collect::<Result<_, _>>().map_err(fail)?;
         let mut model = bare(network, None, places, found);
         let sources = model.attach(conditions, &stretches).map_err(fail)?;
+        model.flows_forwards(conditions)?;
         model.complete_walls();
         model.forget_unused();
         model.listen(conditions, &stretches, sources)?;
@@ -145,6 +147,31 @@ impl<'a> PointModel<'a> {
             Some(flowing) => flowing,
             None => &self.network,
         }
+    }
+
+    /// Refuses a flow from downstream to upstream where a law names the velocity, or waves are those of the
+    /// flow: velocities are those of a flow from upstream.
+    fn flows_forwards(&self, conditions: &Conditions) -> Result<(), EngineError> {
+        if conditions.base.mass_flow >= 0.0 {
+            return Ok(());
+        }
+        let velocity = conditions.around(0.0)[VELOCITY];
+        let names_it =
+            |law: &&LawAt| [VELOCITY, MACH, MASS_FLUX].iter().any(|name| self.effect(law).law.uses(*name));
+        let what = match self.laws.iter().find(names_it) {
+            Some(law) => {
+                let effect = self.effect(law);
+                format!(
+                    "a law at {} names the velocity, for which it takes one from upstream",
+                    effect.place_text
+                )
+            }
+            None if self.assembly.mean_flow().is_some() => {
+                "`mean_flow` is of a flow from upstream".to_owned()
+            }
+            None => return Ok(()),
+        };
+        Err(EngineError::Backwards { point: self.id.clone(), velocity, what })
     }
 
     /// The network in the mean flow of the base state; none for a model of gas at rest, or where nothing

@@ -194,13 +194,22 @@ fn is_reflection(kind: &ResponseKind) -> bool {
     )
 }
 
+/// The lowest and the highest frequency that trained a stage, Hz.
+pub(crate) fn trained_band(
+    study: &Study,
+    observed: &Responses,
+    stage: &ResponseStage,
+) -> Result<[f64; 2], EngineError> {
+    let data = Selected::new(study, observed, stage)?;
+    let all = data.measured.iter().flat_map(|m| m.frequency_hz.iter().copied());
+    Ok(all.fold([f64::INFINITY, 0.0], |[low, high], f| [low.min(f), high.max(f)]))
+}
+
 /// Evenly over the frequencies that trained a stage.
 fn band(study: &Study, observed: &Responses, stage: &ResponseStage) -> Result<Vec<f64>, EngineError> {
     /// How many there are.
     const COUNT: usize = 101;
-    let data = Selected::new(study, observed, stage)?;
-    let all = data.measured.iter().flat_map(|m| m.frequency_hz.iter().copied());
-    let [low, high] = all.fold([f64::INFINITY, 0.0], |[low, high]: [f64; 2], f| [low.min(f), high.max(f)]);
+    let [low, high] = trained_band(study, observed, stage)?;
     Ok((0..COUNT).map(|k| low + (high - low) * k as f64 / (COUNT - 1) as f64).collect())
 }
 

@@ -23,6 +23,7 @@ mod stage;
 mod train;
 
 pub use forecast::ResponseForecast;
+pub(crate) use forecast::trained_band;
 pub use ground::{Ground, GroundModel};
 pub use record::{ForeseenModel, LoadRecord, ResponseForesight, ResponseModelRecord, ResponseStageRecord};
 pub(crate) use rows::rows_of;

@@ -18,7 +18,7 @@ use crate::rows::Row;
 use crate::run::{EvidenceRecord, TrainedParameter};
 use crate::{Assembly, EngineError, NamedGaussian};
 use rayon::prelude::*;
-use rijke_inference::Parameters;
+use rijke_inference::{Parameter, Parameters};
 use rijke_numerics::{C64, InOrder};
 use rijke_study::plan::SdSpec;
 use rijke_study::responses::{ResponseKind, ResponseStage, Responses as Observed};
@@ -75,7 +75,7 @@ impl ResponseRun {
     /// Runs the next stage; none after the last.
     ///
     /// # Errors
-    /// [`EngineError::NoPoint`], [`EngineError::NoWinner`], [`EngineError::Response`]. A model that cannot be
+    /// [`EngineError::NoPoint`], [`EngineError::NoWinner`]. A model that cannot be
     /// fitted is a row without evidence.
     pub fn next_stage(&mut self) -> Result<Option<ResponseStageRecord>, EngineError> {
         self.next_stage_with(&|| ())
@@ -218,7 +218,10 @@ impl ResponseRun {
             observations: measured.iter().map(|m| m.values.len()).sum(),
         });
         let covariance = &laplace.physical_covariance;
-        let parameter = |(i, p)| TrainedParameter::of(p, fit.parameters[i], covariance[(i, i)].sqrt());
+        let parameter = |(i, p): (usize, &Parameter)| {
+            let value = fit.parameters[i];
+            TrainedParameter::of(p, value, p.sd_about(value, covariance[(i, i)].sqrt()))
+        };
         record.parameters = parameters.list().iter().enumerate().map(parameter).collect();
         record.errors = responses.errors.causes.len();
         record.channels = responses.channels.parameters.len();

@@ -1,13 +1,12 @@
 //! What speaks against a model although its evidence may be the best: sentences for people.
 
-use super::days::{Apart, Held, day_apart};
+use super::apart::{Apart, Common, Held};
 use super::record::TrainedParameter;
 use crate::noise::measured_sd;
 use crate::{BeyondTable, Observed};
 use rijke_inference::{Parameter, Prior};
 use rijke_numerics::words::with_sd;
 use rijke_study::hertz;
-use std::collections::BTreeMap;
 
 /// Part of the scatter of the measured numbers that a misfit may reach before the model is said to explain
 /// nothing.
@@ -78,14 +77,19 @@ pub(super) fn doubts(
                 shown(scatter)
             ));
         }
-        let day = if k == 1 { day_apart(&there, sd) } else { None };
+        let frequencies = k == 1;
+        // A temperature moves frequencies, a part at another place both.
+        let day = if frequencies { Common::Day.apart(&there, sd, true) } else { None };
+        let installation =
+            if day.is_some() { None } else { Common::Installation.apart(&there, sd, frequencies) };
+        let apart: Vec<Apart<'_>> = day.into_iter().chain(installation).collect();
         // Not once more as single points.
-        let of_the_day = |found: &Outlying<'_>| {
-            day.as_ref().is_some_and(|day| found.points.iter().all(|t| day.has(&t.0.conditions.id)))
+        let of_a_group = |found: &Outlying<'_>| {
+            apart.iter().any(|group| found.points.iter().all(|t| group.has(&t.0.conditions.id)))
         };
-        let outlying = outlying(&there, sd).filter(|found| !of_the_day(found));
+        let outlying = outlying(&there, sd).filter(|found| !of_a_group(found));
         all.extend(outlying.map(|found| found.said(what, shown)));
-        all.extend(day.as_ref().map(Apart::said));
+        all.extend(apart.iter().map(|group| group.said(what, frequencies, shown)));
     }
     all.extend(one_mode_twice(observed, predicted));
     if misfit[2] > SHAPES {
@@ -211,22 +215,21 @@ impl Outlying<'_> {
     }
 }
 
-/// What is said of ends that feed the modes, of |R| at the places of ends and the angular frequencies at
-/// which they are.
-pub(super) fn feeding(reflections: impl Iterator<Item = (Vec<(String, f64)>, f64)>) -> Vec<String> {
-    let mut largest: BTreeMap<String, [f64; 2]> = BTreeMap::new();
+/// What is said of ends that feed the modes, of |R| at the upstream and the downstream end, and the angular
+/// frequencies at which they are.
+pub(super) fn feeding(reflections: impl Iterator<Item = ([Option<f64>; 2], f64)>) -> Vec<String> {
+    let mut largest = [[PASSIVE, 0.0]; 2];
     for (ends, omega) in reflections {
-        for (place, modulus) in ends {
-            let most = largest.entry(place).or_insert([modulus, omega]);
-            if modulus > most[0] {
+        for (most, modulus) in largest.iter_mut().zip(ends) {
+            if let Some(modulus) = modulus.filter(|m| *m > most[0]) {
                 *most = [modulus, omega];
             }
         }
     }
-    let feeds = largest.into_iter().filter(|(_, [modulus, _])| *modulus > PASSIVE);
-    let said = |(place, [modulus, omega]): (String, [f64; 2])| {
+    let feeds = ["upstream", "downstream"].into_iter().zip(largest).filter(|(_, most)| most[0] > PASSIVE);
+    let said = |(end, [modulus, omega]): (&str, [f64; 2])| {
         format!(
-            "|R| at {place} is {modulus:.3} at {:.1} Hz, above 1: this end feeds the modes, as no passive end does; a term that drives them is missing, or growth \
+            "|R| of the {end} end is {modulus:.3} at {:.1} Hz, above 1: this end feeds the modes, as no passive end does; a term that drives them is missing, or growth \
              rates have the wrong sign",
             hertz(omega)
         )
@@ -313,6 +316,23 @@ mod tests {
             said.len() == 1 && said[0].starts_with(expected) && said[0].contains("air 4 K colder"),
             "{said:?}"
         );
+        // The same three points in one installation, whose growth rates are 1 1/s too low.
+        let installed: Vec<Observed> = days
+            .iter()
+            .map(|o| {
+                let mut conditions = (*o.conditions).clone();
+                let point = &mut conditions.point;
+                (point.installation, point.day) = (std::mem::take(&mut point.day), String::new());
+                Observed { conditions: Arc::new(conditions), ..o.clone() }
+            })
+            .collect();
+        let mut said_of: Vec<[f64; 2]> = right.iter().chain(&right).take(9).copied().collect();
+        assert!(doubts(&installed, &said_of, [0.1, 0.1, 0.02], [true; 2]).is_empty());
+        said_of[..3].iter_mut().for_each(|v| v[0] += 1.0);
+        let said = doubts(&installed, &said_of, [0.1, 0.1, 0.02], [true; 2]);
+        let expected =
+            "the growth rates of installation 2 (p0, p1, p2) lie 1.00 1/s below the model on average, ";
+        assert!(said.len() == 1 && said[0].starts_with(expected), "{said:?}");
         let decays: Vec<Observed> = points[1..]
             .iter()
             .map(|o| Observed {

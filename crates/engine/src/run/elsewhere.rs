@@ -2,7 +2,7 @@
 
 use crate::EngineError;
 use rijke_rig::Day;
-use rijke_study::plan::{MapGrid, Selection};
+use rijke_study::plan::{Base, MapGrid, Selection};
 use rijke_study::{Campaign, Point, SURROUNDINGS, Study};
 use std::collections::BTreeMap;
 
@@ -99,11 +99,20 @@ pub fn with_points<A: Clone + Into<AskedPoint>>(
         let asked: AskedPoint = asked.clone().into();
         let (given, like) = given_and_like(campaign, among, &asked)?;
         let like = &campaign.points[like];
+        if let Base::States(due) = &study.plan.base
+            && due.points.contains(&like.id)
+        {
+            let what = format!(
+                "the gas at {} is that of its clicks, which `points` of [base.states] names one by one; name the `rows` or the factors \
+                 whose points have such gas, so that it can be foreseen",
+                asked.name()
+            );
+            return Err(failed(campaign, what));
+        }
         let name = asked.name();
         let mut point = Point {
             id: name.clone(),
             installation: name.clone(),
-            row: "asked".into(),
             // What is asked is what is set.
             factor_sds: vec![0.0; like.factors.len()],
             day: asked.day.clone().unwrap_or_default(),

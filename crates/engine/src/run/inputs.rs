@@ -200,5 +200,5 @@ pub(super) fn left_out(
 /// Those that a selection means.
 pub(super) fn selected(study: &Study, all: &[Observed], selection: &Selection) -> Vec<Observed> {
     let meant = |o: &&Observed| selection.holds(&study.campaign, &o.conditions.point);
-    all.iter().filter(meant).take(selection.first.unwrap_or(usize::MAX)).cloned().collect()
+    all.iter().filter(meant).cloned().collect()
 }

@@ -5,6 +5,7 @@
 mod ahead;
 mod answerable;
 mod answers;
+mod apart;
 mod asked;
 mod assumed;
 mod average;
@@ -15,7 +16,6 @@ mod claims;
 mod combined;
 mod compete;
 mod course;
-mod days;
 mod doubts;
 mod earlier;
 mod elsewhere;

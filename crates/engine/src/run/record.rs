@@ -256,7 +256,12 @@ impl TrainedParameter {
         };
         let (name, symbol, unit) = (p.name.clone(), p.symbol.clone(), p.unit.clone());
         let prior_sd = match p.prior {
-            Prior::Normal { sd, .. } | Prior::Truncated { sd, .. } => Some(sd),
+            Prior::Normal { sd, .. } => Some(sd),
+            // Of a standard normal number: that of the prior itself.
+            Prior::Truncated { .. } => {
+                let [median, slope, _] = p.physical(0.0);
+                Some(p.sd_about(median, slope))
+            }
             Prior::LogNormal { ln_sd, .. } => Some(value * ln_sd),
             Prior::Uniform { low, high } => Some((high - low) / 12_f64.sqrt()),
             Prior::HalfNormal { sd } => Some(sd * (1.0 - 2.0 / PI).sqrt()),

@@ -201,7 +201,7 @@ impl Network {
     }
 
     /// Everything attached: slot, law, weight.
-    pub(crate) fn attachments(&self) -> impl Iterator<Item = (Slot, usize, f64)> {
+    pub fn attachments(&self) -> impl Iterator<Item = (Slot, usize, f64)> {
         let end = 2 + 2 * self.segments.len();
         self.attachments.iter().map(move |a| {
             let (i, place) = (a.key.saturating_sub(2) / 2, a.key.saturating_sub(1) / 2);

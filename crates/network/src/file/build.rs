@@ -35,8 +35,8 @@ pub struct Built {
     pub actors: Vec<String>,
     /// Whether nothing in it can feed energy to a mode.
     pub passive: bool,
-    /// The frequency from which on a higher mode is cut on in its widest duct, in the gas of the file, Hz:
-    /// above, the sound is not in plane waves alone.
+    /// The frequency from which on a higher mode is cut on in one of its ducts, Hz: above, the sound is not in
+    /// plane waves alone.
     pub plane_below_hz: f64,
     /// The tables as they were fitted, in the order in which they were met.
     pub(super) tables: Vec<Table>,
@@ -64,7 +64,6 @@ pub(super) fn build(text: &str, file: &File, redraw: Option<Redraw<'_>>) -> Resu
     let region = region(text, file)?;
     let (placed, length) = place(text, &file.element)?;
     let sizes = Sizes::of(gas, &region);
-    let plane_below_hz = sizes.plane_below_hz(&placed);
     let mut assembly = Assembly {
         gas,
         segments: Vec::new(),
@@ -94,6 +93,8 @@ pub(super) fn build(text: &str, file: &File, redraw: Option<Redraw<'_>>) -> Resu
     for (owner, duct) in placed.iter().enumerate().filter(|(_, p)| p.is_duct()) {
         assembly.duct(owner, duct, &cuts, SAME * length)?;
     }
+    let (plane_below_hz, wide_or_narrow) = assembly.ducts_in_range(&sizes, &placed);
+    assembly.warnings.extend(wide_or_narrow);
     let place_of = |x: f64| {
         let mut end = 0.0;
         let ends = assembly.segments.iter().map(|s| {
@@ -126,6 +127,10 @@ pub(super) fn build(text: &str, file: &File, redraw: Option<Redraw<'_>>) -> Resu
     }
     let line = line_of_table(text, "flow");
     let flow = file.flow.as_ref().map(|flow| assembly.flow(line, flow, &placed)).transpose()?;
+    if let Some(chain) = &flow {
+        let doubtful = assembly.flow_in_range(chain, &sizes, &placed);
+        assembly.warnings.extend(doubtful);
+    }
     let machs = flow.as_ref().map(|f| [0, f.states().len() - 1].map(|i| f.states()[i].mach(f.gammas()[i])));
     let mut ends = Vec::new();
     for (k, (place, table)) in

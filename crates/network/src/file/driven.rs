@@ -34,6 +34,9 @@ pub enum DrivenError {
     /// Part of a chain with flow.
     #[error("with [flow] the scattering of the whole chain alone is known")]
     PartOfFlow,
+    /// A port within a chain with flow.
+    #[error("with [flow] what the chain shows is known at its upstream end alone")]
+    PortInFlow,
     /// No such place.
     #[error("no element between ducts is called `{name}`; known: {known}")]
     Unknown {
@@ -59,6 +62,9 @@ impl DrivenError {
             Self::PartOfFlow => {
                 "Give --scattering upstream downstream, and a file of the stretch in question."
             }
+            Self::PortInFlow => {
+                "Give --port upstream, and a file of the stretch downstream of the place in question."
+            }
             Self::Unknown { .. } => "Name one of these, a position in m, upstream or downstream.",
             Self::Position(_) => "Put an element there: a `feedback` without coefficients marks a place.",
             Self::Network(_) => "Change the element named, or the frequencies.",
@@ -79,6 +85,9 @@ impl Built {
         let (names, places) = match quantity {
             DrivenQuantity::Port(name) => {
                 let place = self.place(name)?;
+                if self.flow.is_some() && place != 0 {
+                    return Err(DrivenError::PortInFlow);
+                }
                 (vec![format!("Z/(rho c) at {name}"), format!("R at {name}")], [place; 2])
             }
             DrivenQuantity::Transfer([from, to]) => {

@@ -77,6 +77,11 @@ impl Assembly<'_> {
             (None, Some(a)) => item.positive("area_end", a)?,
             _ => return Err(item.fail(ElementProblem::OneOf { one: "diameter_end", other: "area_end" })),
         };
+        let varied = match (temperature_end, &temperatures) {
+            (Some(_), _) => Some("temperature_end"),
+            (_, Some(_)) => Some("temperatures"),
+            _ => temperature.map(|_| "temperature"),
+        };
         let profile = match (temperature, temperature_end, temperatures) {
             (first, None, None) => vec![first.unwrap_or(self.gas.temperature)],
             (first, Some(last), None) => vec![first.unwrap_or(self.gas.temperature), last],
@@ -97,6 +102,9 @@ impl Assembly<'_> {
             _ => return Err(item.fail(ElementProblem::Together { one: "sound_speed", other: "density" })),
         };
         if let Some((c, rho)) = given {
+            let why = "`sound_speed` and `density` say what the gas is";
+            let idle = |key| Warning::idle(item, key, why, "leave one or the other out");
+            self.warnings.extend(varied.map(idle));
             let (found, expected) = (rho * c * c / gamma, self.gas.pressure);
             if (found / expected - 1.0).abs() > 0.01 {
                 self.warnings.push(Warning::Pressure {

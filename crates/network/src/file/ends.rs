@@ -4,6 +4,7 @@ use super::assembly::Assembly;
 use super::error::FileError;
 use super::item::Item;
 use super::problem::ElementProblem;
+use super::ranges::drawn_in;
 use super::schema::{End, Transfer};
 use super::sizes::Sizes;
 use super::warning::Warning;
@@ -36,10 +37,14 @@ impl Assembly<'_> {
             tolerance: 1e-6,
         };
         let mut choked = false;
+        let mut is_mouth = false;
         let delay =
             table.get("delay").and_then(|v| v.as_float().or_else(|| v.as_integer().map(|v| v as f64)));
         let law = match item.parse(table)? {
-            End::Open {} => constant(-1.0),
+            End::Open {} => {
+                is_mouth = true;
+                constant(-1.0)
+            }
             End::Closed {} => constant(1.0),
             End::Anechoic {} => constant(0.0),
             End::Constant { modulus, angle } => {
@@ -56,6 +61,7 @@ impl Assembly<'_> {
             End::Unflanged { wall_thickness, calibration } => {
                 let thickness = item.not_negative("wall_thickness", wall_thickness)?;
                 let correction = thick_wall_correction(radius, thickness);
+                is_mouth = calibration.is_none();
                 let law = Law::Unflanged { radius, sound_speed, correction };
                 match calibration {
                     Some([modulus, angle]) => {
@@ -65,7 +71,10 @@ impl Assembly<'_> {
                     None => law,
                 }
             }
-            End::Flanged {} => Law::Flanged { radius, sound_speed },
+            End::Flanged {} => {
+                is_mouth = true;
+                Law::Flanged { radius, sound_speed }
+            }
             End::Choked { mach: given } => {
                 choked = true;
                 let mach = match (given, mach) {
@@ -101,6 +110,7 @@ impl Assembly<'_> {
         let sizes = Sizes::of(self.gas, region);
         self.warnings.extend(delay.and_then(|delay| sizes.late(&item, delay)));
         self.check_modulus(&item, &law, region);
+        self.warnings.extend(mach.filter(|_| is_mouth && end == 0).map(|mach| drawn_in(&item, mach)));
         Ok((self.laws.push(item.place, law), choked))
     }
 

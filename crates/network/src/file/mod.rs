@@ -20,6 +20,7 @@ mod oscilos;
 mod oscilos_doubt;
 mod oscilos_rule;
 mod problem;
+mod ranges;
 mod read;
 mod redrawn;
 mod schema;

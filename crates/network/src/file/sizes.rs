@@ -14,7 +14,7 @@ const MOST_WAVELENGTHS: f64 = 200.0;
 /// As long as this, m, ducts are of most rigs, whatever the search.
 const LONG: f64 = 100.0;
 /// Wider ducts than this, m, are no slip either where the sound is in plane waves.
-const WIDE: f64 = 5.0;
+pub(super) const WIDE: f64 = 5.0;
 /// Longer necks, holes and plates than this, m, are none.
 const THICK: f64 = 5.0;
 /// A delay that is most often one in milliseconds, s.
@@ -27,17 +27,15 @@ const LIGHT: f64 = 1000.0;
 const THIN: f64 = 1000.0;
 /// Flows through holes are slow beside the sound, up to this Mach number.
 const FAST: f64 = 0.3;
-/// k a at which the first higher mode of a round duct is cut on: the first zero of J1'.
-const CUT_ON: f64 = 1.841_183_78;
 /// A neck so many times as wide as its duct is in another unit.
 const NECK: f64 = 10.0;
 
 /// What is judged by the sound that is looked for.
 pub(super) struct Sizes {
     /// Highest frequency of the search, Hz.
-    highest: f64,
+    pub(super) highest: f64,
     /// Wavelength there in the gas of the file, m.
-    wavelength: f64,
+    pub(super) wavelength: f64,
     /// Whether its gas is a liquid where it is very cold.
     freezes: bool,
 }
@@ -57,7 +55,6 @@ impl Sizes {
             let remedy = format!("if these are kPa, write {}", 1e3 * gas.pressure);
             size(head, "pressure", gas.pressure, "Pa", why, remedy)
         }));
-        all.extend(self.cut_on(placed));
         for Placed { item, element, x, .. } in placed {
             let thick = |key, value: f64| {
                 (value > THICK).then(|| millimetres(item, key, value, "longer than any".to_owned()))
@@ -88,11 +85,24 @@ impl Sizes {
                     let duct = area_at(placed, *x).filter(|duct| *neck_area > NECK * duct);
                     let (line, place, neck) = (item.line, item.place.clone(), *neck_area);
                     all.extend(duct.map(|duct| Warning::Neck { line, place, neck, duct }));
+                    let least = 0.5 * PI * (neck / PI).sqrt();
+                    all.extend((*neck_length < least).then(|| {
+                        let what = format!(
+                            "neck_length is {:.2} mm, and even a neck without a wall moves {:.2} mm of air: neck_length counts what moves on both sides of it",
+                            1e3 * neck_length,
+                            1e3 * least
+                        );
+                        Warning::range(item, what, "add some 0.8 radii on either side to the length of the neck")
+                    }));
                 }
                 Element::QuarterWave { length, .. } => all.extend(self.long(item, *length)),
                 Element::SideHole { length, .. } => all.extend(thick("length", *length)),
-                Element::Orifice { thickness, bias_velocity, .. } => {
+                Element::Orifice { diameter, thickness, bias_velocity, .. } => {
                     all.extend(thick("thickness", *thickness));
+                    all.extend((bias_velocity.is_some() && *thickness > 0.5 * diameter).then(|| {
+                        let what = "with bias_velocity the hole is taken to be thinner than its radius: in a thicker one the shear layer meets the wall again";
+                        Warning::range(item, what.to_owned(), "leave bias_velocity out, and give the `drag` that was measured")
+                    }));
                     all.extend(self.fast(item, *bias_velocity));
                 }
                 Element::Screen { effective_length, .. } => {
@@ -129,25 +139,6 @@ impl Sizes {
         long.then(|| millimetres(item, "length", value, why()))
     }
 
-    /// The widest duct, if its first higher mode is cut on below the highest frequency of the search.
-    fn cut_on(&self, placed: &[Placed]) -> Option<Warning> {
-        let (item, widest) = widest(placed)?;
-        let cut_on = self.cut_on_hz(widest);
-        let why = || format!("so wide that a higher mode is cut on at {cut_on:.0} Hz");
-        let remedy = || format!("search below {cut_on:.0} Hz: above, the sound is not in plane waves alone");
-        let beyond = cut_on < self.highest && widest <= self.wavelength.max(WIDE);
-        beyond.then(|| size(item, "diameter", widest, "m", why(), remedy()))
-    }
-
-    /// The frequency from which on a higher mode is cut on in the widest duct, Hz; infinite without a duct.
-    pub(super) fn plane_below_hz(&self, placed: &[Placed]) -> f64 {
-        widest(placed).map_or(f64::INFINITY, |(_, widest)| self.cut_on_hz(widest))
-    }
-
-    fn cut_on_hz(&self, diameter: f64) -> f64 {
-        CUT_ON * self.wavelength * self.highest / (PI * diameter)
-    }
-
     /// A duct in which sound is in no plane waves.
     fn wide(&self, item: &Item, key: &'static str, value: f64) -> Option<Warning> {
         let why = || "wider than a wavelength at the highest frequency of the search".to_owned();
@@ -161,21 +152,11 @@ impl Sizes {
     }
 }
 
-/// The widest duct and its diameter, m.
-fn widest(placed: &[Placed]) -> Option<(&Item, f64)> {
-    let diameter = |p: &Placed| match &p.element {
-        Element::Duct(duct) => duct.diameter,
-        _ => None,
-    };
-    let widths = placed.iter().filter_map(|p| Some((&p.item, diameter(p)?)));
-    widths.max_by(|a, b| a.1.total_cmp(&b.1))
-}
-
 fn millimetres(item: &Item, key: &'static str, value: f64, why: String) -> Warning {
     size(item, key, value, "m", why, format!("if these are mm, write {}", 1e-3 * value))
 }
 
-fn size(
+pub(super) fn size(
     item: &Item,
     key: &'static str,
     value: f64,

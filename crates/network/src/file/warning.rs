@@ -64,6 +64,18 @@ pub enum Warning {
         /// What to write.
         remedy: &'static str,
     },
+    /// A formula is asked where it does not hold.
+    #[error("line {line}: {place}: {what}; {remedy}")]
+    Range {
+        /// Line in the file.
+        line: usize,
+        /// Which element or end.
+        place: String,
+        /// What is asked of it.
+        what: String,
+        /// What to write.
+        remedy: String,
+    },
     /// The neck of a resonator wider than the duct it stands on.
     #[error(
         "line {line}: {place}: neck_area is {neck} m^2, more than the {duct:.3e} m^2 of the duct there: look at its unit"
@@ -150,6 +162,10 @@ pub enum Warning {
 }
 
 impl Warning {
+    pub(super) fn range(item: &Item, what: String, remedy: impl Into<String>) -> Self {
+        Self::Range { line: item.line, place: item.place.clone(), what, remedy: remedy.into() }
+    }
+
     pub(super) fn idle(item: &Item, key: &'static str, why: &'static str, remedy: &'static str) -> Self {
         Self::Idle { line: item.line, place: item.place.clone(), key, why, remedy }
     }

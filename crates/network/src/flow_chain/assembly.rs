@@ -102,6 +102,12 @@ impl FlowChain {
         self
     }
 
+    /// Whether entropy waves are carried through the ducts.
+    #[must_use]
+    pub fn carries_entropy_waves(&self) -> bool {
+        self.entropy_waves
+    }
+
     /// The same chain with other ends, upstream and downstream.
     #[must_use]
     pub fn with_ends(self, ends: [FlowEnd; 2]) -> Self {

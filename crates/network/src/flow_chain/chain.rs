@@ -11,6 +11,7 @@ use crate::error::NetworkError;
 use crate::modes::contour::check_analytic;
 use crate::plane::modes::Modes;
 use crate::plane::newton::{Newton, Root, iterate};
+use crate::plane::poles::PolesByPlace;
 use crate::plane::region::Region;
 use crate::plane::zeros::zeros;
 use crate::respond::answer::{Places, Response};
@@ -88,6 +89,7 @@ impl Chain for FlowChain {
         work: &mut Workspace,
     ) -> Result<Modes, NetworkError> {
         region.check()?;
+        self.bound_entropy_waves(region)?;
         check_analytic(laws, region, work)?;
         let step = 0.25 * PI / self.travel_time();
         let poles = Chain::poles(self, laws, &region.widened(4.0 * step))?;
@@ -103,18 +105,21 @@ impl Chain for FlowChain {
     }
 
     fn poles(&self, laws: &dyn Coefficients, region: &Region) -> Result<Vec<(C64, usize)>, NetworkError> {
-        let mut poles = Self::poles(self, region)?;
+        let mut poles = PolesByPlace::default();
         for Pole { law, at, order } in laws.poles_in(region)? {
             for a in self.attached.iter().filter(|a| a.law == law && a.weight != 0.0) {
-                match a.slot {
-                    FlowSlot::At(..) | FlowSlot::Action(..) | FlowSlot::Upstream | FlowSlot::Downstream => {
-                        poles.push((at, order));
-                    }
+                let place = match a.slot {
+                    FlowSlot::At(place, _) | FlowSlot::Action(place, _) => [Some(place), None],
+                    FlowSlot::Upstream => [None, Some(0)],
+                    FlowSlot::Downstream => [None, Some(1)],
                     _ => return Err(NetworkError::PoleInSegment { law: laws.name(law), at }),
-                }
+                };
+                poles.add((at, order), law, |other| *other == place, place);
             }
         }
-        Ok(poles)
+        let mut all = Self::poles(self, region)?;
+        all.extend(poles.all());
+        Ok(all)
     }
 
     fn respond(

@@ -29,6 +29,9 @@ pub fn choked_inlet(gamma: f64, mach: f64) -> f64 {
     (1.0 - m) / (1.0 + m)
 }
 
+/// Largest |ka| of [`piston`].
+pub(super) const PISTON_UP_TO: f64 = 8.0;
+
 /// Normalised radiation impedance of a piston in a baffle (Rayleigh, Theory of Sound, art. 302; Pierce 1981,
 /// 5-4.4): 1 - J1(x)/(x/2) + i H1(x)/(x/2) with x = 2 ka, as power series. Good to 1e-12 for |ka| < 8.
 pub(super) fn piston(ka: &Jet, space: JetSpace) -> Jet {

@@ -27,7 +27,7 @@ pub use wall::WallLaw;
 use crate::chain::coefficients::{At, Coefficients, Laws, Pole};
 use crate::error::NetworkError;
 use crate::laws::batch::WallBatch;
-use crate::laws::ends::piston;
+use crate::laws::ends::{PISTON_UP_TO, piston};
 use crate::laws::roots::polynomial_roots;
 use crate::laws::wall::{Loss, Wall};
 use crate::plane::region::Region;
@@ -156,6 +156,9 @@ impl Law {
             }
             Self::Flanged { radius, sound_speed } => {
                 let ka = s.scale(C64::new(0.0, -radius / sound_speed));
+                if ka.value().norm() > PISTON_UP_TO {
+                    return space.constant(C64::new(f64::NAN, f64::NAN));
+                }
                 let z = piston(&ka, space);
                 &z.shift(-C64::ONE) / &z.shift(C64::ONE)
             }
@@ -186,6 +189,7 @@ impl Law {
             Self::Table(table) => table.terms.iter().map(|t| (t.0, 1)).collect(),
             Self::Scaled(law, _) => law.poles_in(region)?,
             Self::Probe(probe) if probe.side == Side::Upstream => probe.transfer.poles_in(region)?,
+            // All four coefficients have the poles of the transfer function, of which they act at one place.
             Self::Spread(flame) => flame.transfer.poles_in(region)?,
             Self::Bias(hole) => {
                 // Above, only a resonance.

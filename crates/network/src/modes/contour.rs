@@ -11,6 +11,7 @@ use crate::chain::network::Network;
 use crate::chain::workspace::Workspace;
 use crate::error::NetworkError;
 use crate::plane::modes::Modes;
+use crate::plane::poles::PolesByPlace;
 use crate::plane::region::Region;
 use crate::plane::zeros::zeros;
 use rijke_numerics::C64;
@@ -55,21 +56,16 @@ impl Network {
         coefficients: &K,
         region: &Region,
     ) -> Result<Vec<(C64, usize)>, NetworkError> {
-        let mut poles = Vec::new();
+        let mut poles = PolesByPlace::default();
         for Pole { law, at, order } in coefficients.poles_in(region)? {
-            let mut keys: Vec<usize> = Vec::new();
             for a in self.attachments.iter().filter(|a| a.law == law && a.weight != 0.0) {
                 if a.key % 2 == 0 && a.key > 0 && a.key < 2 + 2 * self.segments.len() {
                     return Err(NetworkError::PoleInSegment { law: coefficients.name(law), at });
                 }
-                keys.push(a.key);
-            }
-            // Two coefficients of one place share a rank-one pole only if they act alike; count each.
-            if !keys.is_empty() {
-                poles.push((at, order * keys.len()));
+                poles.add((at, order), law, |place| *place == a.key, a.key);
             }
         }
-        Ok(poles)
+        Ok(poles.all())
     }
 }
 

@@ -5,6 +5,7 @@
 
 pub(crate) mod modes;
 pub(crate) mod newton;
+pub(crate) mod poles;
 pub(crate) mod region;
 pub(crate) mod tracking;
 pub(crate) mod zeros;

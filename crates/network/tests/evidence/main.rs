@@ -24,4 +24,5 @@ mod holes;
 mod invariances;
 mod mean_flow;
 mod oscilos;
+mod ranges;
 mod spread;

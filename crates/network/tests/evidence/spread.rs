@@ -120,6 +120,31 @@ fn order_spread_flames_in_slow_flow_tend_to_those_at_rest() {
     }
 }
 
+/// Two to forty coefficients answer to one velocity with one transfer function: its poles are poles of F once.
+/// Before, the modes of such files were not certified.
+#[test]
+fn exact_a_resonance_of_a_spread_flame_is_one_pole() {
+    let resonance = "numerator = [1.58e6]\ndenominator = [1.58e6, 100, 1]";
+    for flow in ["", "[flow]\nmach = 0.01\nentropy_waves = false\n"] {
+        for reference in [0.0, 0.1] {
+            let of = |length: &str| {
+                modes(&format!("{}{flow}", tube(&format!("{resonance}\nreference = {reference}\n{length}"))))
+            };
+            let (compact, spread) = (of(""), of("length = 1e-3\npieces = 4"));
+            assert!(compact.len() >= 5 && spread.len() == compact.len(), "{flow} {reference}");
+            for (a, b) in compact.iter().zip(&spread) {
+                assert!((a - b).norm() < 6.0, "{flow} {reference}: {a} {b}");
+            }
+        }
+    }
+    // So are those of a pair of coefficients of one place.
+    let pair = "eu = { gain = -0.5, delay = 1e-3, numerator = [1.58e6], denominator = [1.58e6, 100, 1] }\n\
+                mu = { gain = 20, numerator = [1.58e6], denominator = [1.58e6, 100, 1] }";
+    let text =
+        tube("").replace("type = 'flame'", "type = 'feedback'").replace("gain = 0.6\ndelay = 1e-3\n", pair);
+    assert!(modes(&text).len() >= 5);
+}
+
 #[test]
 fn behaviour_spread_flames_that_cannot_be_are_refused() {
     let orifice = "length = 0.2\n[[element]]\ntype = 'orifice'\ndiameter = 0.03\nthickness = 0.002\nat = 0.4";

@@ -8,6 +8,7 @@
 
 use super::fitted::PingOfRecord;
 use crate::ping::Drift;
+use rijke_numerics::words::with_sd;
 use rijke_rig::Ping;
 
 /// Values of tau that are tried: from this share of the least error to this multiple of the largest drift or
@@ -16,6 +17,9 @@ const LEAST: f64 = 0.2;
 const LARGEST: f64 = 10.0;
 /// Their number.
 const VALUES: usize = 40;
+/// Room temperature, K.
+const ROOM: f64 = 293.15;
+
 /// Weight of a law, over the largest, below which it does not count.
 const NEGLIGIBLE: f64 = 1e-9;
 
@@ -147,13 +151,28 @@ pub(super) fn without_drift(pings: Vec<(usize, Ping, Drift)>, common: &Drift) ->
     pings.into_iter().map(clear).collect()
 }
 
+/// Relative drift of the speed of sound, 1/s, beyond which a second mode is named beside a gas that changes:
+/// air that warms by 1.2 K/s.
+const FAST: f64 = 2e-3;
+
 pub(super) fn drift_in_words(point: &str, drift: &Drift, pings: &[(usize, Ping)]) -> String {
     let frequency = pings.iter().map(|(_, p)| p.s.im).sum::<f64>() / pings.len().max(1) as f64;
-    format!(
-        "{point}: the frequency drifts by {:.4} +- {:.4} rad/s^2 during the decays, the speed of sound by {:.1e} per second; frequencies are those at the end of the forcing",
-        drift.rate,
-        drift.sd,
-        drift.rate / frequency
+    let (relative, sd) = (drift.rate / frequency, drift.sd / frequency);
+    // The speed of sound grows as the square root of the temperature.
+    let said = format!(
+        "{point}: the frequency drifts by ({}) % per second during the decays, as it does where the temperature of the gas, in kelvins, {} by \
+         {:.2} % per second; frequencies are those at the end of the forcing",
+        with_sd(100.0 * relative, 100.0 * sd),
+        if relative > 0.0 { "rises" } else { "falls" },
+        200.0 * relative.abs()
+    );
+    if relative.abs() < FAST {
+        return said;
+    }
+    let kelvin = 2.0 * relative.abs() * ROOM;
+    said + &format!(
+        ". That is fast: {kelvin:.1} K/s at room temperature. If the gas does not change so, a second mode of nearly the same frequency and shape is in the \
+         decay, and the growth rate is wrong: excite one of them alone"
     )
 }
 

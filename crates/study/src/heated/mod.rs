@@ -139,19 +139,7 @@ pub fn heated_states(
     ambient: &[Option<[f64; 2]>],
     layouts: &[Option<RigAtPoint>],
 ) -> Result<(Vec<Option<PointState>>, HeatedFit), StudyProblem> {
-    let factor = |name: &str| {
-        let k = campaign.known_factor(name)?;
-        if campaign.factors[k].stated {
-            return Ok(k);
-        }
-        let (key, value) = (name.to_owned(), "a column without unit".to_owned());
-        Err(StudyProblem::Value {
-            key,
-            value,
-            need: "a factor whose heading in the campaign states its unit, such as Q [W] or flow [L/min]",
-        })
-    };
-    let (power, flow) = (factor(&plan.power)?, factor(&plan.flow)?);
+    let (power, flow) = (campaign.known_factor(&plan.power)?, campaign.known_factor(&plan.flow)?);
     let part = rig.part(&plan.at).map(|(k, _)| k);
     let heated_at = |point: &Point, ambient: [f64; 2], layout: &RigAtPoint| {
         let value = |k: usize| Some(point.factors[k]).filter(|v| !v.is_nan()).unwrap_or(0.0);

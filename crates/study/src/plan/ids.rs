@@ -7,10 +7,16 @@ use crate::source::listed;
 /// An id names files.
 pub(super) fn short_id(id: &str) -> Result<(), StudyProblem> {
     const LONGEST: usize = 100;
-    let (key, value) = ("id".to_owned(), id.chars().take(20).collect::<String>() + "...");
-    let need = "at most 100 characters without / and \\, and no path; it names files";
-    let path = id.contains(['/', '\\']) || id.chars().any(char::is_control) || [".", ".."].contains(&id);
-    if id.len() > LONGEST || path { Err(StudyProblem::Value { key, value, need }) } else { Ok(()) }
+    const SHOWN: usize = 20;
+    let count = id.chars().count();
+    let good = |c: char| c.is_alphanumeric() || c == '-' || c == '_';
+    if (1..=LONGEST).contains(&count) && id.chars().all(good) {
+        return Ok(());
+    }
+    let rest = if count > SHOWN { "..." } else { "" };
+    let (key, value) = ("id".to_owned(), id.chars().take(SHOWN).collect::<String>() + rest);
+    let need = "1 to 100 letters, digits, - and _: it is also the name of files";
+    Err(StudyProblem::Value { key, value, need })
 }
 
 pub(super) fn known_stage(plan: &Plan, id: &str) -> Result<(), StudyProblem> {

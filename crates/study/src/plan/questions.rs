@@ -138,12 +138,7 @@ impl Plan {
 
     /// Whether a question has a name that is free, and is asked of a stage that is there.
     fn suits(&self, question: &Question) -> Result<(), StudyProblem> {
-        let good = |c: char| c.is_alphanumeric() || c == '-' || c == '_';
         let name = question.id.clone();
-        if name.is_empty() || !name.chars().all(good) {
-            let why = "it is also the name of files, so give letters, digits, - and _";
-            return Err(StudyProblem::Name { what: "question", name, why });
-        }
         short_id(&name)?;
         known_stage(self, &question.stage)?;
         if self.answers().any(|id| *id == name) {

@@ -4,6 +4,7 @@ use super::ids::{known_stage, short_id};
 use super::maps::MapFile;
 use super::stands::{counted_once, known_ground};
 use super::{Base, Cost, HeatedFlow, NoiseSpec, Plan, Prefer, SdSpec, Selection, Stage};
+use crate::rig::Shape;
 use crate::source::{Source, listed};
 use crate::{Campaign, Catalogue, Rig, StudyError, StudyProblem};
 use rijke_rig::Given;
@@ -229,11 +230,14 @@ impl Check<'_> {
         for (key, name, wanted) in [("power", &heated.power, "W"), ("flow", &heated.flow, "m^3/s")] {
             let factor = self.campaign.known_factor(name).map_err(|problem| (key, problem))?;
             let factor = &self.campaign.factors[factor];
-            // A factor without a unit in its heading is taken as it is.
-            if factor.stated {
-                let full = format!("base.heated-flow.{key} = {name}");
-                factor.shown.of(wanted).map_err(|source| (key, StudyProblem::Unit { key: full, source }))?;
+            let full = format!("base.heated-flow.{key} = {name}");
+            if !factor.stated {
+                let value = "a column without unit".to_owned();
+                let need =
+                    "a factor whose heading in the campaign states its unit, such as Q [W] or flow [L/min]";
+                return Err((key, StudyProblem::Value { key: full, value, need }));
             }
+            factor.shown.of(wanted).map_err(|source| (key, StudyProblem::Unit { key: full, source }))?;
         }
         for (key, [mean, sd]) in [("share", heated.share), ("cooling", heated.cooling)] {
             if !(mean > 0.0 && sd > 0.0 && mean.is_finite() && sd.is_finite()) {
@@ -257,9 +261,11 @@ impl Check<'_> {
             let need = "a relative number from 0 to below 1: 0.02 for 2 %";
             return Err(("excess_sd", StudyProblem::Value { key: full, value, need }));
         }
-        if self.rig.part(&heated.at).is_none() {
-            let known = listed(self.rig.parts.iter().map(|p| p.name.as_str()));
-            return Err(("at", StudyProblem::Unknown { what: "part", name: heated.at.clone(), known }));
+        let devices = || self.rig.parts.iter().filter(|p| matches!(p.shape, Shape::Device(_)));
+        if devices().all(|p| p.name != heated.at) {
+            let known = listed(devices().map(|p| p.name.as_str()));
+            let what = "part between ducts, at which the heat enters,";
+            return Err(("at", StudyProblem::Unknown { what, name: heated.at.clone(), known }));
         }
         Ok(())
     }
@@ -283,6 +289,7 @@ impl Check<'_> {
                 return Err(StudyProblem::Unknown { what: "candidate", name: id.clone(), known });
             }
         }
+        self.catalogue.among_all(&compete, &file.among)?;
         for noise in [Some(&file.noise), file.noise_of_predictions.as_ref()].into_iter().flatten() {
             noise.check(plan, self.campaign, self.catalogue)?;
         }

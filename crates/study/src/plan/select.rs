@@ -114,9 +114,16 @@ impl Selection {
         Ok(())
     }
 
-    /// Whether a point is meant, apart from [`Selection::first`].
+    /// Whether a point is meant.
     #[must_use]
     pub fn holds(&self, campaign: &Campaign, point: &Point) -> bool {
+        let before = || campaign.points.iter().take_while(|p| p.id != point.id);
+        self.meets(campaign, point)
+            && self.first.is_none_or(|n| before().filter(|p| self.meets(campaign, p)).count() < n)
+    }
+
+    /// Whether a point meets every condition.
+    fn meets(&self, campaign: &Campaign, point: &Point) -> bool {
         let row = self.rows.is_empty() || self.rows.contains(&point.row);
         let id = self.points.is_empty() || self.points.contains(&point.id);
         let factor = |(name, condition): (&String, &Condition)| {

@@ -15,7 +15,9 @@ impl Study {
         let ambient = point.ambient.map_or(self.rig.temperature, |[kelvin, _]| kelvin);
         let rig = self.rig.at(point, ambient).ok()?;
         let cut_on_of = |duct: &DuctAt| {
-            let gas = self.rig.gas.at(duct.temperature_at(0.5).unwrap_or(ambient), self.rig.pressure);
+            let middle = 0.5 * (duct.span[0] + duct.span[1]);
+            let gas = duct.gas.as_ref().unwrap_or(&self.rig.gas);
+            let gas = gas.at(duct.temperature_at(middle).unwrap_or(ambient), self.rig.pressure);
             (CUT_ON * gas.sound_speed / (PI * duct.widest()), duct.widest())
         };
         let (cut_on, widest) = rig.ducts.iter().map(cut_on_of).min_by(|a, b| a.0.total_cmp(&b.0))?;

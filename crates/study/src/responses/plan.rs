@@ -113,10 +113,23 @@ impl ResponseStage {
             campaign.known_factor(factor)?;
         }
         self.compete.iter().try_for_each(|role| catalogue.known_role(role))?;
-        for id in self.with.values().chain(&self.among) {
+        self.with.iter().try_for_each(|(role, id)| catalogue.of_role(role, id).map(|_| ()))?;
+        for id in &self.among {
             if catalogue.get(id).is_none() {
                 let known = listed(catalogue.candidates().iter().map(|c| c.id.as_str()));
                 return Err(StudyProblem::Unknown { what: "candidate", name: id.clone(), known });
+            }
+        }
+        catalogue.among_all(&self.compete, &self.among)?;
+        if !(self.decides >= 0.0 && self.decides.is_finite()) {
+            return value("decides", self.decides.to_string(), "a number of nats, zero or more");
+        }
+        let of_misfit =
+            self.misfit.iter().flat_map(|m| [("misfit.size", &m.size), ("misfit.length_hz", &m.length_hz)]);
+        for (key, sd) in [("noise", &self.noise)].into_iter().chain(of_misfit) {
+            if matches!(sd, SdSpec::Like { .. }) {
+                let need = "\"floated\", a number or { median, ln_sd }: `like` is of stages of modes";
+                return value(key, "{ like = ... }".to_owned(), need);
             }
         }
         if let Some([low, high]) = self.band_hz

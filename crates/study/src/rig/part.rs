@@ -21,6 +21,16 @@ pub struct Part {
     /// Standard deviation of relative pressures within one radius of the duct of it, where the wave is no
     /// plane one; none if its near field is not felt.
     pub near_field: Option<f64>,
+    /// Its hole, if it is one or a plate with some.
+    pub(crate) hole: Option<Hole>,
+}
+
+/// A hole of a part: the places in the scope of its diameter, m, and of the open part of the area, where it is
+/// one of many.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Hole {
+    pub(crate) diameter: usize,
+    pub(crate) porosity: Option<usize>,
 }
 
 impl Part {

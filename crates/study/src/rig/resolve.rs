@@ -2,7 +2,7 @@
 
 use super::elements::fault_of;
 use super::gas::GasModel;
-use super::part::{PIECES, Shape};
+use super::part::{PIECES, Part, Shape};
 use super::whole::Rig;
 use crate::law::Place;
 use crate::names::{AMBIENT, LENGTH};
@@ -173,7 +173,9 @@ impl Rig {
             inside(&of, x, end)?;
             microphones.push(x);
         }
-        Ok(RigAtPoint { numbers, length: end, ducts, parts, microphones })
+        let found = RigAtPoint { numbers, length: end, ducts, parts, microphones };
+        self.parts.iter().zip(&found.parts).try_for_each(|(part, at)| found.holds_the_hole(part, at))?;
+        Ok(found)
     }
 }
 
@@ -186,6 +188,29 @@ fn inside(name: &dyn Fn() -> String, x: f64, length: f64) -> Result<(), StudyPro
 }
 
 impl RigAtPoint {
+    /// Refuses a hole wider than the duct at its places, and a plate of which one hole has more than the part
+    /// that is open: their laws hold for neither.
+    fn holds_the_hole(&self, part: &Part, at: &PartAt) -> Result<(), StudyProblem> {
+        let (Some(hole), PartAt::Places(places)) = (part.hole, at) else { return Ok(()) };
+        let diameter = self.numbers[hole.diameter];
+        let porosity = hole.porosity.map(|k| self.numbers[k]);
+        let wrong = |key: &str, value: String, need| {
+            Err(StudyProblem::Value { key: format!("{}: {key}", part.name), value, need })
+        };
+        for x in places {
+            let area = self.areas(*x).into_iter().fold(f64::INFINITY, f64::min);
+            let taken = 0.25 * std::f64::consts::PI * diameter * diameter / area;
+            if taken > 1.0 + SAME {
+                return wrong("diameter", format!("{diameter} m"), "no wider than the duct there");
+            }
+            if let Some(open) = porosity.filter(|open| taken > *open * (1.0 + SAME)) {
+                let value = format!("{open}, of which one hole has {taken:.3}");
+                return wrong("porosity", value, "the area of all holes together over that of the duct");
+            }
+        }
+        Ok(())
+    }
+
     /// Diameter of the widest duct, m.
     pub(crate) fn widest(&self) -> f64 {
         self.ducts.iter().map(DuctAt::widest).fold(0.0, f64::max)

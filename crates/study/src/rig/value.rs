@@ -1,7 +1,7 @@
 //! A number of a rig: known, or a formula of factors and of other numbers, or a table over a factor.
 
 use crate::StudyProblem;
-use crate::names::factors;
+use crate::names::{factor_of, factors};
 use crate::source::{Outcome, listed};
 use rijke_formula::{Context, Formula, Kind, Scope};
 use rijke_rig::{Quantity, Unit};
@@ -184,7 +184,7 @@ impl Reader<'_> {
         else {
             return self.fail(wrong(table.to_string().trim().to_owned()));
         };
-        let Some(factor) = self.scope.find(over) else {
+        let Some(factor) = factor_of(self.scope, over) else {
             let known = listed(factors(self.scope));
             return self.fail(StudyProblem::Unknown { what: "factor", name: over.clone(), known });
         };

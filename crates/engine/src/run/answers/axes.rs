@@ -123,7 +123,7 @@ pub(crate) fn factor_column(factor: &Factor) -> FrameColumn {
 }
 
 /// A label with its unit.
-pub(super) fn axis_label(column: &FrameColumn) -> String {
+pub(crate) fn axis_label(column: &FrameColumn) -> String {
     match column.shown_unit() {
         "1" => column.label.clone(),
         unit => format!("{} / {}", column.label, in_print(unit)),

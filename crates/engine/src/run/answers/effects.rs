@@ -37,7 +37,7 @@ impl Ask for Effects {
     }
 
     fn answer(&self, run: &Run, question: &Question) -> Result<Found, EngineError> {
-        let no_point = || EngineError::NoPoint { stage: question.id.clone() };
+        let no_point = || EngineError::NothingToAnswer { question: question.id.clone() };
         let (_, stage) = run.study.plan.stage(&question.stage).ok_or_else(no_point)?;
         let chosen = run.chosen(&question.stage).ok_or_else(no_point)?;
         let points = selected(&run.study, &run.observed, &self.points);

@@ -28,7 +28,7 @@ questions! {
 }
 
 pub use answer::{Answer, AnswerPanel, Layer, LayerLook};
-pub(super) use axes::factor_column;
+pub(super) use axes::{axis_label, factor_column};
 pub use axes::symbol;
 pub use beside::{gains_along, left_out_table, residuals_over_factors};
 pub use nodes::MapNodes;

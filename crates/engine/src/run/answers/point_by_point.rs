@@ -8,10 +8,11 @@ use super::answer::{AnswerPanel, Found, Layer, LayerLook};
 use super::axes::{axis_label, symbol};
 use super::kinds::Ask;
 use crate::rows::with_candidates;
-use crate::{Assembly, EngineError, Noise, Observed, Trained, train};
+use crate::{Assembly, EngineError, Noise, Observed, PointModel, Trained, train};
 use rayon::prelude::*;
 use rijke_formula::Here;
-use rijke_numerics::{C64, InOrder, JetSpace, Order};
+use rijke_network::Workspace;
+use rijke_numerics::{C64, InOrder, JetSpace, Matrix, Order};
 use rijke_study::names::{FLANGED, S};
 use rijke_study::plan::{NoiseSpec, Question, Selection};
 use rijke_study::{Candidate, Study, StudyProblem};
@@ -77,7 +78,7 @@ impl Run {
             .map(|o| known.without_channels(&self.rig, o))
             .collect();
         if points.is_empty() {
-            return Err(EngineError::NoPoint { stage: question.id.clone() });
+            return Err(EngineError::NothingToAnswer { question: question.id.clone() });
         }
         let noise = Noise { law: self.law_of(stage, &one.noise, &done.choice)?, ..self.noise(&one.noise)? };
         let mut training = self.training(stage, noise, vec![known], super::super::Trusted::Laplace);
@@ -90,8 +91,11 @@ impl Run {
         let per = one.per.as_ref().and_then(|name| self.study.campaign.factor(name));
         let at = |o: &Observed| {
             let trained = train(&assembly, std::slice::from_ref(o), &training)?;
+            let model = PointModel::new(&assembly, &o.conditions, &[])?.starting_from(o.near);
+            let values = &trained.values[..trained.own];
+            let s = model.respond(values, Order::Value, &mut Workspace::default())?.s.value();
             let per = per.map_or(1.0, |k| o.conditions.point.factors[k]);
-            Ok(numbers(&assembly, place.unwrap_or(0), o, &trained, per))
+            Ok(numbers(&assembly, place.unwrap_or(0), (o, s), &trained, per))
         };
         let found = points.par_iter().map(at).in_order::<Result<Vec<_>, EngineError>>()?;
         let (name, unit) = self.coefficient(free, per);
@@ -140,7 +144,7 @@ impl Run {
 fn numbers(
     assembly: &Assembly,
     candidate: usize,
-    observed: &Observed,
+    (observed, found): (&Observed, C64),
     trained: &Trained,
     per: f64,
 ) -> [f64; 6] {
@@ -151,7 +155,7 @@ fn numbers(
     let around = observed.conditions.around(x);
     let seeds: Vec<usize> = (0..assembly.parameters().len()).collect();
     let space = JetSpace::new(seeds.len() + 1, Order::First);
-    let s = space.seed(seeds.len(), observed.near);
+    let s = space.seed(seeds.len(), found);
     let mut analytic = [None; FLANGED + 1];
     analytic[S] = Some(&s);
     let here = Here { space, numbers: &around, analytic: &analytic };
@@ -163,11 +167,8 @@ fn numbers(
     // d|k| = Re(conj(k) dk)/|k|; d arg k = Im(conj(k) dk)/|k|^2.
     let sd = |part: fn(C64) -> f64, over: f64| {
         let slope: Vec<f64> = gradient.iter().map(|d| part(value.conj() * d) / over).collect();
-        let sum: f64 = (0..slope.len())
-            .flat_map(|i| (0..slope.len()).map(move |j| (i, j)))
-            .map(|(i, j)| slope[i] * trained.covariance[(i, j)] * slope[j])
-            .sum();
-        sum.max(0.0).sqrt()
+        let own = Matrix::from_fn(slope.len(), slope.len(), |i, j| trained.covariance[(i, j)]);
+        own.quadratic(&slope).max(0.0).sqrt()
     };
     let angle = value.arg().rem_euclid(2.0 * std::f64::consts::PI);
     [value.re, value.im, modulus, sd(|z| z.re, modulus), angle, sd(|z| z.im, modulus * modulus)]

@@ -60,7 +60,7 @@ impl Run {
         points: &Selection,
         trained_on: Option<&Selection>,
     ) -> Result<Found, EngineError> {
-        let no_point = || EngineError::NoPoint { stage: question.id.clone() };
+        let no_point = || EngineError::NothingToAnswer { question: question.id.clone() };
         let chosen = self.chosen(&question.stage).ok_or_else(no_point)?;
         let few = match trained_on {
             Some(selection) => {

@@ -13,7 +13,7 @@ use super::kinds::Ask;
 use crate::{Conditions, EngineError, Observed, PointModel};
 use rijke_network::Workspace;
 use rijke_numerics::{C64, Order};
-use rijke_study::plan::Question;
+use rijke_study::plan::{Base, Question};
 use serde::Deserialize;
 
 /// How many models a figure shows as lines, and as dashes at every point: those with the most evidence.
@@ -147,7 +147,9 @@ impl Run {
         };
         let alike = ordered.windows(2).all(|w| others(w[0], w[1]));
         let at_rest = |o: &&Observed| o.conditions.base.is_uniform() && o.conditions.base.mass_flow == 0.0;
-        if ordered.len() < 3 || !one_each || !alike || !ordered.iter().all(at_rest) {
+        // Of the gas between points nothing is known where readings tell it.
+        let told = matches!(self.study.plan.base, Base::Ambient | Base::Rig | Base::States(_));
+        if !told || ordered.len() < 3 || !one_each || !alike || !ordered.iter().all(at_rest) {
             return Ok(Vec::new());
         }
         let (from, to) = (x(ordered[0]), x(ordered[ordered.len() - 1]));

@@ -1,5 +1,6 @@
 //! What further points would tell, over the factors.
 
+use super::super::answers::{axis_label, factor_column};
 use super::{Next, Suggestion};
 use rijke_rig::{DataKind, Look, Plot, PlotCurve, PlotPanel};
 use rijke_study::Campaign;
@@ -11,14 +12,14 @@ impl Next {
     pub fn plot(&self, campaign: &Campaign, data: DataKind) -> Plot {
         let planned = |s: &&Suggestion| self.plan.iter().any(|step| step.point == s.point);
         let panel = |k: usize| {
+            let factor = &campaign.factors[k];
             let dots = |list: Vec<&Suggestion>| -> Vec<[f64; 2]> {
-                list.into_iter().filter_map(|s| Some([s.factors[k]?, s.nats])).collect()
+                list.into_iter().filter_map(|s| Some([factor.shown_of(s.factors[k]?), s.nats])).collect()
             };
             let all = dots(self.points.iter().collect());
-            let factor = &campaign.factors[k];
             let varies = all.windows(2).any(|w| w[0][0] != w[1][0]);
             varies.then(|| PlotPanel {
-                x: format!("{} / {}", factor.name, factor.unit),
+                x: axis_label(&factor_column(factor)),
                 y: "expected information / nats".to_owned(),
                 curves: vec![
                     PlotCurve::new("a possible point", Look::Dots(0), all),

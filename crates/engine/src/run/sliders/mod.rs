@@ -293,7 +293,8 @@ impl<'a> Model<'a> {
     /// that a mode gets lost.
     fn parameters(&self, slopes: &[&[f64]]) -> Vec<SliderParameter> {
         let one = |(k, p): (usize, &rijke_inference::Parameter)| {
-            let (value, sd) = (self.values[k], self.covariance[k][k].sqrt());
+            let value = self.values[k];
+            let sd = p.sd_about(value, self.covariance[k][k].sqrt());
             let steepest = slopes.iter().map(|s| s[k]).fold(0.0, f64::max);
             let wide = 0.5 * (p.prior.quantile(0.98) - p.prior.quantile(0.02));
             let reach = wide.min(REACH / steepest).max(3.0 * sd);

@@ -79,7 +79,7 @@ pub(super) const CASES: [Case; 20] = [
             edit(d, "data/study.toml", &format!("id = {id}"), &format!("id = \"{}\"", "x".repeat(300)));
         },
         CHECK,
-        ["study.toml", "xxx...", "at most 100 characters"],
+        ["study.toml", "xxx...", "1 to 100 letters, digits"],
     ),
     case(
         "specimen that ends before it begins",

@@ -2,9 +2,9 @@
 
 use super::Reading;
 use crate::StudyProblem;
-use crate::names::{add, factors};
+use crate::names::{add, factor_of, factors};
 use crate::rig::elements::{COMPACT, ENDS, FUNCTION, REFUSED};
-use crate::rig::part::{Part, Shape, own_numbers};
+use crate::rig::part::{Hole, Part, Shape, own_numbers};
 use crate::rig::value::{Given, Reader, Value};
 use crate::source::{Outcome, listed};
 use rijke_formula::{Kind as NameKind, Name};
@@ -31,7 +31,7 @@ impl Reading<'_> {
         let present = text(&mut table, "present")?;
         let present = match present {
             None => None,
-            Some(factor) => Some(self.scope.find(&factor).ok_or_else(|| {
+            Some(factor) => Some(factor_of(&self.scope, &factor).ok_or_else(|| {
                 let known = listed(factors(&self.scope));
                 wrong(StudyProblem::Unknown { what: "factor", name: factor, known })
             })?),
@@ -56,6 +56,7 @@ impl Reading<'_> {
             numbers: Vec::new(),
             present,
             near_field,
+            hole: None,
         });
         // A number may name another one, wherever that stands.
         let mut waiting: Vec<(&String, &Toml)> = free.iter().collect();
@@ -93,6 +94,12 @@ impl Reading<'_> {
             };
             self.parts[part].shape = Shape::Device(places);
             self.compact(part, found, &mut table, &at)?;
+            let number = |key: &str| self.scope.find(&self.scoped(&name, key));
+            if let (true, Some(diameter)) =
+                (["orifice", "side-hole"].contains(&found.name), number("diameter"))
+            {
+                self.parts[part].hole = Some(Hole { diameter, porosity: number("porosity") });
+            }
         }
         self.finished(&table, &kind, &at)
     }

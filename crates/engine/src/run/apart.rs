@@ -1,0 +1,135 @@
+//! A day, or an installation, whose points lie to one side of a model that fits the others: a temperature that
+//! was read or noted wrongly, a part at another place than stated, or something else that was other.
+
+use crate::{Conditions, Observed};
+
+/// Difference from all others, over its standard error, that is said.
+const APART: f64 = 6.0;
+
+/// The part of a frequency that it must be: 0.1 % is 0.6 K.
+const LEAST: f64 = 1e-3;
+
+/// Stated standard deviations of the ambient temperature that the frequency of a day must be, too.
+const STATED: f64 = 4.0;
+
+/// Measurements that the group, and all others together, must have.
+const FEWEST: [usize; 2] = [2, 4];
+
+/// What points have in common.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) enum Common {
+    Day,
+    Installation,
+}
+
+/// A group of points that lies apart.
+pub(super) struct Apart<'a> {
+    common: Common,
+    name: &'a str,
+    points: Vec<&'a str>,
+    /// By how much it lies higher than the others: a part of the frequency, or 1/s.
+    higher: f64,
+    /// The same over its standard error.
+    distance: f64,
+    /// Mean ambient temperature of its points, K.
+    ambient: f64,
+}
+
+/// An observation, what was measured and what the model says.
+pub(super) type Held<'a> = (&'a Observed, f64, f64);
+
+impl Common {
+    fn name<'a>(self, t: &Held<'a>) -> &'a str {
+        let point = &t.0.conditions.point;
+        if self == Self::Day { &point.day } else { &point.installation }
+    }
+
+    /// The day or installation that lies farthest apart, if any does, in its angular frequencies, or else its
+    /// growth rates; `sd` is the standard deviation of what was measured.
+    pub(super) fn apart<'a>(self, there: &[Held<'a>], sd: f64, frequencies: bool) -> Option<Apart<'a>> {
+        let mut names: Vec<&str> =
+            there.iter().map(|t| self.name(t)).filter(|name| !name.is_empty()).collect();
+        names.sort_unstable();
+        names.dedup();
+        // Frequencies are compared relative to those of the model.
+        let unit = |t: &Held<'_>| if frequencies { t.2 } else { 1.0 };
+        let size = there.iter().map(unit).sum::<f64>() / there.len().max(1) as f64;
+        let of = |name: &&'a str| {
+            let (here, others): (Vec<Held<'a>>, Vec<Held<'a>>) =
+                there.iter().partition(|t| self.name(t) == *name);
+            if here.len() < FEWEST[0] || others.len() < FEWEST[1] {
+                return None;
+            }
+            let [own, all] =
+                [&here, &others].map(|part| mean_and_squares(part.iter().map(|t| (t.1 - t.2) / unit(t))));
+            let freedom = (there.len() - 2) as f64;
+            let spread = ((own[1] + all[1]) / freedom).sqrt().max(sd / size);
+            let error = spread * (1.0 / here.len() as f64 + 1.0 / others.len() as f64).sqrt();
+            let mut points: Vec<&str> = here.iter().map(|t| t.0.conditions.id.as_str()).collect();
+            points.dedup();
+            let mean = |k: usize| here.iter().map(|t| ambient(t.0)[k]).sum::<f64>() / here.len() as f64;
+            let (ambient, stated) = (mean(0), mean(1));
+            let higher = own[0] - all[0];
+            // An error of the temperature that is stated explains half of it in frequency.
+            let least = if frequencies { LEAST.max(0.5 * STATED * stated / ambient) } else { 0.0 };
+            let distance = higher.abs() / error;
+            (distance > APART && higher.abs() > least).then_some(Apart {
+                common: self,
+                name,
+                points,
+                higher,
+                distance,
+                ambient,
+            })
+        };
+        names.iter().filter_map(of).max_by(|a, b| a.distance.total_cmp(&b.distance))
+    }
+}
+
+/// Ambient temperature of a point and its standard deviation, K: where the campaign does not state it, that
+/// of the gas at the first place.
+fn ambient(o: &Observed) -> [f64; 2] {
+    let Conditions { point, base, .. } = &*o.conditions;
+    point.ambient.unwrap_or([base.temperature[0], 0.0])
+}
+
+/// Mean, and sum of the squares about it.
+fn mean_and_squares(all: impl Iterator<Item = f64> + Clone) -> [f64; 2] {
+    let mean = all.clone().sum::<f64>() / all.clone().count().max(1) as f64;
+    [mean, all.map(|v| (v - mean).powi(2)).sum()]
+}
+
+impl Apart<'_> {
+    /// Whether a point is one of this group.
+    pub(super) fn has(&self, id: &str) -> bool {
+        self.points.contains(&id)
+    }
+
+    /// A sentence without its stop, about numbers called `what`, growth rates as `shown`; for a day with the
+    /// change of temperature that would explain it.
+    pub(super) fn said(&self, what: &str, frequencies: bool, shown: impl Fn(f64) -> String) -> String {
+        let Self { common, name, points, higher, ambient, .. } = self;
+        let group = if *common == Common::Day { "day" } else { "installation" };
+        let by = if frequencies { format!("{:.1} %", 100.0 * higher.abs()) } else { shown(higher.abs()) };
+        let above = if *higher > 0.0 { "above" } else { "below" };
+        let points = match &points[..] {
+            [first, second, _, _, _, ..] => format!("{first}, {second}, ..."),
+            few => few.join(", "),
+        };
+        let said = format!(
+            "the {what} of {group} {name} ({points}) lie {by} {above} the model on average, measured from those of the other {group}s, far more than their scatter \
+             explains: "
+        );
+        if *common == Common::Installation {
+            return said + "check the places of the parts in that installation, and what else differed";
+        }
+        // Frequencies grow as the square root of the temperature.
+        let kelvin = (ambient * ((1.0 + higher).powi(2) - 1.0)).abs();
+        let warmer = if *higher > 0.0 { "warmer" } else { "colder" };
+        // In so few digits that all models say the same.
+        let digits = usize::from(kelvin < 2.0);
+        said + &format!(
+            "air {kelvin:.digits$} K {warmer} than stated would explain it; check T_amb of that day, and what else differed"
+        )
+    }
+}

@@ -1,0 +1,135 @@
+//! Formulas that are asked where they do not hold: each is said, with a remedy.
+
+use rijke_network::NetworkError;
+use rijke_network::file::{DrivenQuantity, read};
+
+/// A tube of two ducts of half a metre with an element between them.
+fn tube(head: &str, duct: &str, element: &str) -> String {
+    let duct = format!("[[element]]\ntype = 'duct'\nlength = 0.5\n{duct}\n");
+    format!(
+        "[search]\nfrequency_hz = [20, 600]\n{head}\n[upstream]\ntype = 'closed'\n[downstream]\ntype = 'unflanged'\n{duct}{element}\n{duct}"
+    )
+}
+
+#[test]
+fn message_what_is_out_of_range_is_said() {
+    let flow = "[flow]\nmach = 0.02\nentropy_waves = false";
+    let plate = "[[element]]\ntype = 'orifice'\ndiameter = 0.03\nthickness = 0.002\n";
+    for (head, duct, element, said) in [
+        (
+            "",
+            "area = 7.0",
+            "",
+            "element 1 (duct): area is 7 m^2, so wide that a higher mode is cut on at 67 Hz",
+        ),
+        (
+            "",
+            "diameter = 0.1\ndiameter_end = 1.0",
+            "",
+            "diameter_end is 1 m, so wide that a higher mode is cut on at 201 Hz",
+        ),
+        ("", "diameter = 0.36\ntemperature = 200", "", "a higher mode is cut on at 462 Hz"),
+        (
+            "",
+            "diameter = 1e-3\nwall = 'kirchhoff'",
+            "",
+            "`wall` leaves about 14 % of the loss out there, and more below; write wall = \"zwikker-kosten\"",
+        ),
+        (
+            "",
+            "diameter = 0.1\nsound_speed = 343\ndensity = 1.205\ntemperature = 900",
+            "",
+            "temperature has no effect: `sound_speed` and `density` say",
+        ),
+        (
+            "",
+            "diameter = 0.1",
+            "[[element]]\ntype = 'helmholtz'\nvolume = 1e-4\nneck_area = 7.854e-5\nneck_length = 0.001",
+            "even a neck without a wall moves 7.85 mm of air",
+        ),
+        (
+            "",
+            "diameter = 0.1",
+            "[[element]]\ntype = 'orifice'\ndiameter = 0.02\nthickness = 0.05\nbias_velocity = 3",
+            "thinner than its radius",
+        ),
+        (
+            flow,
+            "diameter = 0.1",
+            plate,
+            "the mean flow passes at 76.3 m/s through this plate and loses nothing there",
+        ),
+        (
+            "[flow]\nmach = 0.1\nentropy_waves = false",
+            "diameter = 0.1",
+            "[[element]]\ntype = 'screen'\nopen_area = 0.1",
+            "the mean flow loses 58 % of its pressure here",
+        ),
+        (
+            "[flow]\nvelocity = 0.5",
+            "diameter = 0.1",
+            "",
+            "an entropy wave takes 600 periods of the highest frequency to cross it",
+        ),
+    ] {
+        let warnings = read(&tube(head, duct, element)).unwrap().warnings;
+        assert!(warnings.iter().any(|w| w.to_string().contains(said)), "{said}: {warnings:?}");
+    }
+    let quiet = tube(
+        flow,
+        "diameter = 0.1\nwall = 'kirchhoff'",
+        &plate.replace("thickness", "drag = 500\nthickness"),
+    );
+    assert!(read(&quiet).unwrap().warnings.is_empty(), "{:?}", read(&quiet).unwrap().warnings);
+}
+
+/// Where gas is drawn in from rest, R = -(1 - M)/(1 + M): with it a tube that blows its gas out loses energy at
+/// both ends, by sigma = -(c/L) ln((1 + M)/(1 - M))/(1 - M^2)... half of it at each.
+#[test]
+fn exact_a_mouth_that_draws_gas_in_is_said_and_its_remedy_keeps_total_pressure() {
+    let flow = "[flow]\nmach = 0.05\nentropy_waves = false";
+    let open =
+        tube(flow, "diameter = 0.1", "").replace("'closed'", "'open'").replace("'unflanged'", "'open'");
+    let built = read(&open).unwrap();
+    let said = built.warnings[0].to_string();
+    assert!(said.contains("[upstream]: gas is drawn in here") && said.contains("modulus 0.9048"), "{said}");
+    assert!(built.warnings.len() == 1);
+    let remedied =
+        open.replacen("type = 'open'", "type = 'constant'\nmodulus = 0.904761905\nangle = 3.14159265", 1);
+    let remedied = read(&remedied).unwrap();
+    assert!(remedied.warnings.is_empty(), "{:?}", remedied.warnings);
+    // p' + rho U u' = 0 upstream and p' = 0 downstream: e^{2 s L/(c (1 - M^2))} = (1 - M)/(1 + M).
+    let c = (1.4_f64 * 287.05 * 293.15).sqrt();
+    let expected = 0.5 * c * (1.0 - 0.05_f64.powi(2)) * (0.95_f64 / 1.05).ln();
+    for mode in remedied.modes(&remedied.region).unwrap().modes {
+        assert!((mode.s.re - expected).abs() < 1e-5, "{} {expected}", mode.s);
+    }
+}
+
+#[test]
+fn message_what_a_flow_does_not_tell_is_refused() {
+    let flow = tube("[flow]\nmach = 0.1", "diameter = 0.1", "[[element]]\nname = 'mark'\ntype = 'feedback'");
+    let built = read(&flow).unwrap();
+    // Before, every place had the impedance of the upstream end.
+    for place in ["mark", "downstream", "0.5"] {
+        let error = built.driven(&DrivenQuantity::Port(place.into()), &[100.0]).unwrap_err();
+        assert_eq!(error.to_string(), "with [flow] what the chain shows is known at its upstream end alone");
+    }
+    assert!(built.driven(&DrivenQuantity::Port("upstream".into()), &[100.0]).is_ok());
+    // Before: "a law has a pole or is undefined there".
+    let slow = read(&tube("[flow]\nvelocity = 0.5", "diameter = 0.1", "")).unwrap();
+    let error = slow.modes(&slow.region).unwrap_err();
+    assert!(matches!(error, NetworkError::EntropyWaves { .. }), "{error}");
+    assert!(error.to_string().contains("entropy_waves = false"), "{error}");
+}
+
+/// Rayleigh's piston by its power series is good to |ka| = 8.
+#[test]
+fn behaviour_a_baffle_beyond_its_series_is_no_number() {
+    let wide = tube("", "diameter = 2.985", "").replace("'unflanged'", "'flanged'");
+    let r = |hz: f64| {
+        let built = read(&wide).unwrap();
+        built.driven(&DrivenQuantity::Port("downstream".into()), &[hz]).unwrap()[1].1[0].norm()
+    };
+    assert!(r(250.0) < 1.0 && r(700.0).is_nan(), "{} {}", r(250.0), r(700.0));
+}
