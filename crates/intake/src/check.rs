@@ -58,8 +58,9 @@ pub fn check_records(dir: &Path, open: OpenStudy<'_>, tell: &dyn Tell) -> Result
     describe(set, tell);
     for (record, clipped) in records.iter().zip(read.iter().flatten()).filter(|(_, c)| **c > 0) {
         tell.say(format!(
-            "clipped: {} ({clipped} samples); `rijke process` will reject it",
-            record.name(set)
+            "clipped: {} ({} at full scale); `rijke process` leaves that channel out, or rejects the record",
+            record.name(set),
+            counted(*clipped, "sample")
         ));
     }
     let clipped = records.iter().zip(read.iter().flatten()).filter(|(_, c)| **c > 0);

@@ -1,5 +1,6 @@
 //! Records in which all microphones hear the same pressure: a table of their gains and delays.
 
+use crate::driven::{microphones, unclipped};
 use rijke_numerics::{Classify, Failed, StagedFolder, Tell, write_within};
 use rijke_rig::{Comparison, ExcitedRecords};
 use rijke_signal::{ComparedChannels, ComparisonFault};
@@ -80,18 +81,17 @@ pub(crate) fn compared(
     let (count, reference) = (study.rig.microphones.names.len(), study.rig.microphones.reference);
     let sensitivities = comparison.sensitivities(count, &records.path).or_bad_input()?;
     let read = |file: &String| {
-        let mut channels = records.read(file, Some(count))?.channels;
+        let mut channels = unclipped(records, file, Some(count), &study.rig.microphones.names)?;
         for (channel, sensitivity) in channels.iter_mut().zip(&sensitivities) {
             channel.iter_mut().for_each(|v| *v /= sensitivity);
         }
         Ok(channels)
     };
-    let all: Vec<_> =
-        comparison.files.iter().map(read).collect::<Result<_, rijke_rig::RigError>>().or_bad_input()?;
+    let all: Vec<_> = comparison.files.iter().map(read).collect::<Result<_, Failed>>()?;
     ComparedChannels::new(&all, records.rate_hz, records.band_hz, reference, comparison.unequal).map_err(|fault| {
         let (what, remedy) = match &fault {
             ComparisonFault::Record { file, fault } => (
-                format!("{}: {fault}", comparison.files[*file]),
+                format!("{}: {}", comparison.files[*file], fault.clone().called(&microphones(&study.rig.microphones.names))),
                 "Record some seconds of noise or of a slow sweep, without gaps, or narrow `band_hz`.".to_owned(),
             ),
             ComparisonFault::Incoherent { channel, coherence } => (
@@ -100,6 +100,13 @@ pub(crate) fn compared(
                     study.rig.microphones.names[*channel]
                 ),
                 "Drive louder, narrow `band_hz` to what the loudspeaker gives, or correct `channels`.".to_owned(),
+            ),
+            ComparisonFault::Turned { channel, file } => (
+                format!(
+                    "{} has one sign in {} and the other in {}: its cable was turned between them",
+                    study.rig.microphones.names[*channel], comparison.files[0], comparison.files[*file]
+                ),
+                "Leave out the records of one of the two.".to_owned(),
             ),
             ComparisonFault::Alone { .. } => {
                 (fault.to_string(), "Look at the files and at `channels`.".to_owned())

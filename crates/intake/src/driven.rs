@@ -148,6 +148,37 @@ fn tell_heard(
     json!({ "point": point, "frequencies": used, "left_out": left_out, "relative_sd": middle })
 }
 
+/// The channels of a record as its microphones are called.
+pub(crate) fn microphones(names: &[String]) -> Vec<Channel> {
+    let all = names.iter().cloned().enumerate();
+    all.map(|(number, name)| Channel::Microphone { number, name: name.into() }).collect()
+}
+
+/// The channels of a record of which none is clipped; `names` are those of as many as have one.
+///
+/// # Errors
+/// As of reading; a clipped channel.
+pub(crate) fn unclipped(
+    records: &ExcitedRecords,
+    file: &str,
+    count: Option<usize>,
+    names: &[String],
+) -> Result<Vec<Vec<f64>>, Failed> {
+    let record = records.read(file, count).or_bad_input()?;
+    let name = |m: usize| names.get(m).cloned().unwrap_or_else(|| format!("channel {}", m + 1));
+    let clipped: Vec<String> = (0..record.channels.len())
+        .map(|m| (m, record.clipped(m)))
+        .filter(|(_, count)| *count > FULL)
+        .map(|(m, count)| format!("{} of {}", counted(count, "sample"), name(m)))
+        .collect();
+    if clipped.is_empty() {
+        return Ok(record.channels);
+    }
+    Err(Failed::bad_input(format!("{file}: clipped, {} at full scale", clipped.join(", ")))
+        .at(&records.path)
+        .remedy("Record it again with less gain, or take it out of the manifest."))
+}
+
 /// The records of a manifest, on their way to spectra.
 struct Records<'a> {
     records: &'a ExcitedRecords,
@@ -157,25 +188,12 @@ struct Records<'a> {
 
 impl Records<'_> {
     fn read(&self, file: &str) -> Result<Vec<Vec<f64>>, Failed> {
-        let record = self.records.read(file, Some(self.names.len())).or_bad_input()?;
-        let clipped: Vec<String> = (0..self.names.len())
-            .map(|m| (m, record.clipped(m)))
-            .filter(|(_, count)| *count > FULL)
-            .map(|(m, count)| format!("{} of {}", counted(count, "sample"), self.names[m]))
-            .collect();
-        if clipped.is_empty() {
-            return Ok(record.channels);
-        }
-        Err(Failed::bad_input(format!("{file}: clipped, {} at full scale", clipped.join(", ")))
-            .at(&self.records.path)
-            .remedy("Record it again with less gain, or take it out of the manifest."))
+        unclipped(self.records, file, Some(self.names.len()), self.names)
     }
 
     /// A fault of records as a failure.
     fn fault(&self, files: &[String], fault: Fault) -> Failed {
-        let microphones = self.names.iter().cloned().enumerate();
-        let microphones = microphones.map(|(number, name)| Channel::Microphone { number, name: name.into() });
-        let fault = fault.called(&microphones.collect::<Vec<_>>());
+        let fault = fault.called(&microphones(self.names));
         let listed = files.join(", ");
         if let Fault::DeadChannel { channel, span, median } = &fault {
             let what = format!(

@@ -2,7 +2,10 @@
 //! a rig, written as observations.
 
 use crate::made::{Made, head, point_of};
-use crate::{OpenStudy, compared, driven::driven};
+use crate::{
+    OpenStudy, compared,
+    driven::{driven, unclipped},
+};
 use rijke_numerics::{Classify, Failed, StagedFolder, Tell, write_within};
 use rijke_rig::{Blow, Excitation, ExcitedRecords, RigError};
 use rijke_signal::{BlowMode, BlowOptions, combine_blows, fit_blow};
@@ -124,8 +127,8 @@ fn blows(records: &ExcitedRecords, blow: &Blow, study: &Study, tell: &dyn Tell) 
     };
     let mut fits = Vec::new();
     for file in &blow.files {
-        let record = records.read(file, None).or_bad_input()?;
-        let fit = fit_blow(&record.channels, records.rate_hz, &options).map_err(|fault| {
+        let channels = unclipped(records, file, None, &[])?;
+        let fit = fit_blow(&channels, records.rate_hz, &options).map_err(|fault| {
             Failed::bad_input(fault)
                 .at(&records.path)
                 .remedy(format!("Look at {file}, or change `stretch_s`."))

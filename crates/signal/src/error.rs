@@ -388,7 +388,8 @@ pub enum Fault {
     /// A channel has the opposite sign of the others.
     #[error("{0} has the opposite polarity")]
     Inverted(Channel),
-    /// The result lies away from those of the other repeats: the quantity, and how many standard deviations.
+    /// The result lies away from those of the other repeats: the quantity, and how many of their robust
+    /// standard deviations, or of its own stated one if that is larger.
     #[error("{0} lies {1:.1} standard deviations from the other repeats")]
     Outlier(String, f64),
     /// The algebra failed, as it does when two modes coincide.

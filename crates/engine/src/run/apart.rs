@@ -1,5 +1,5 @@
-//! A day, or an installation, whose points lie to one side of a model that fits the others: a temperature that
-//! was read or noted wrongly, a part at another place than stated, or something else that was other.
+//! A day, or an installation, whose points lie to one side of a model that fits the others: a temperature
+//! that was read or noted wrongly, a part at another place than stated, or something else that was other.
 
 use crate::{Conditions, Observed};
 

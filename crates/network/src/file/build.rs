@@ -35,8 +35,8 @@ pub struct Built {
     pub actors: Vec<String>,
     /// Whether nothing in it can feed energy to a mode.
     pub passive: bool,
-    /// The frequency from which on a higher mode is cut on in one of its ducts, Hz: above, the sound is not in
-    /// plane waves alone.
+    /// The frequency from which on a higher mode is cut on in one of its ducts, Hz: above, the sound is not
+    /// in plane waves alone.
     pub plane_below_hz: f64,
     /// The tables as they were fitted, in the order in which they were met.
     pub(super) tables: Vec<Table>,

@@ -13,8 +13,8 @@ use std::f64::consts::{PI, TAU};
 
 /// k a at which the first higher mode of a round duct is cut on: the first zero of J1'.
 const CUT_ON: f64 = 1.841_183_78;
-/// Radius over sqrt(mu/(omega rho)) below which a layer at the wall is not thin: one part in twenty of the loss
-/// is missing there.
+/// Radius over sqrt(mu/(omega rho)) below which a layer at the wall is not thin: one part in twenty of the
+/// loss is missing there.
 const THIN_LAYER: f64 = 20.0;
 /// What a thin layer leaves out of the loss, times that number.
 const LEFT_OUT: f64 = 1.1;

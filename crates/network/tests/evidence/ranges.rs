@@ -83,8 +83,8 @@ fn message_what_is_out_of_range_is_said() {
     assert!(read(&quiet).unwrap().warnings.is_empty(), "{:?}", read(&quiet).unwrap().warnings);
 }
 
-/// Where gas is drawn in from rest, R = -(1 - M)/(1 + M): with it a tube that blows its gas out loses energy at
-/// both ends, by sigma = -(c/L) ln((1 + M)/(1 - M))/(1 - M^2)... half of it at each.
+/// Where gas is drawn in from rest, R = -(1 - M)/(1 + M): with it a tube that blows its gas out loses energy
+/// at both ends, by sigma = -(c/L) ln((1 + M)/(1 - M))/(1 - M^2)... half of it at each.
 #[test]
 fn exact_a_mouth_that_draws_gas_in_is_said_and_its_remedy_keeps_total_pressure() {
     let flow = "[flow]\nmach = 0.05\nentropy_waves = false";

@@ -120,8 +120,8 @@ fn order_spread_flames_in_slow_flow_tend_to_those_at_rest() {
     }
 }
 
-/// Two to forty coefficients answer to one velocity with one transfer function: its poles are poles of F once.
-/// Before, the modes of such files were not certified.
+/// Two to forty coefficients answer to one velocity with one transfer function: its poles are poles of F
+/// once. Before, the modes of such files were not certified.
 #[test]
 fn exact_a_resonance_of_a_spread_flame_is_one_pole() {
     let resonance = "numerator = [1.58e6]\ndenominator = [1.58e6, 100, 1]";

@@ -59,6 +59,12 @@ pub(super) fn read_csv<'a>(path: &'a Path, header: &'a [String]) -> Result<Vec<R
     Ok(rows)
 }
 
+/// The line of a table that heads its columns.
+pub(super) fn first_line(text: &str) -> &str {
+    let mut lines = text.strip_prefix('\u{feff}').unwrap_or(text).lines();
+    lines.find(|line| !line.starts_with('#')).unwrap_or("")
+}
+
 /// All rows of a table of operating points, whose columns may stand in any order, without those that may be
 /// missing. The cells of a row are those of `names`, then those of the columns of factors.
 pub(crate) fn by_name<'a>(
@@ -66,8 +72,7 @@ pub(crate) fn by_name<'a>(
     names: &'a [String],
 ) -> Result<(Vec<FactorColumn>, Vec<Row<'a>>), RigError> {
     let text = read_text(path)?;
-    let mut lines = text.strip_prefix('\u{feff}').unwrap_or(&text).lines();
-    let first = lines.find(|line| !line.starts_with('#')).unwrap_or("");
+    let first = first_line(&text);
     let found: Vec<String> = first.split(',').map(|cell| cell.trim().to_owned()).collect();
     let default = |name: &str| MAY_BE_MISSING.iter().find(|(n, _)| *n == name).map(|(_, value)| *value);
     let mut rows = read_csv(path, &[])?;

@@ -9,7 +9,7 @@
 use super::channels::ChannelErrors;
 use super::factors::headings;
 use super::observation::{Click, Observations, Ping, PointObservations, Rejection};
-use super::row::{CAMPAIGN, Row, by_name, read_csv_if_there};
+use super::row::{CAMPAIGN, Row, by_name, first_line, read_csv_if_there};
 use crate::apparatus::geometry::{Apparatus, Microphones};
 use crate::apparatus::point::OperatingPoint;
 use crate::error::RigError;
@@ -96,7 +96,11 @@ impl Observations {
         let names = POINTS.map(String::from);
         let (factors, rows) = by_name(&path, &names)?;
         for row in rows {
-            points.push(row.point(&factors)?);
+            let point: PointObservations = row.point(&factors)?;
+            if points.iter().any(|p: &PointObservations| p.point.id == point.point.id) {
+                return Err(row.wrong(0, Problem::Duplicate { name: point.point.id }));
+            }
+            points.push(point);
         }
         if points.is_empty() {
             return Err(RigError::invalid(&path, "rows", Problem::Empty { need: "one operating point" }));
@@ -112,12 +116,14 @@ impl Observations {
         let path = folder.join("pings.csv");
         let mut meant = header_of(&path, &columns)?;
         let drift = meant.len();
-        let drifts =
-            path.exists() && read_text(&path)?.lines().next().is_some_and(|line| line.contains(DRIFT));
+        let drifts = path.exists() && first_line(&read_text(&path)?).contains(DRIFT);
         meant.extend(drifts.then(|| DRIFT.to_owned()));
         for row in read_csv_if_there(&path, &meant)? {
             let (values, covariance) = row.measured(1, columns.len(), 2)?;
             let point = &mut points[row.known(&index)?];
+            if point.ping.is_some() {
+                return Err(row.wrong(0, Problem::Duplicate { name: point.point.id.clone() }));
+            }
             point.ping = Some(Ping::from_vector(&values, reference, covariance));
             point.drift_sd = if drifts { row.number(drift)? } else { 0.0 };
         }
@@ -130,7 +136,10 @@ impl Observations {
         let path = folder.join("clicks.csv");
         for row in read_csv_if_there(&path, &header_of(&path, &columns)?)? {
             let (arrival_times, covariance) = row.measured(1, columns.len(), 0)?;
-            points[row.known(&index)?].click = Some(Click { arrival_times, covariance });
+            let point = &mut points[row.known(&index)?];
+            if point.click.replace(Click { arrival_times, covariance }).is_some() {
+                return Err(row.wrong(0, Problem::Duplicate { name: point.point.id.clone() }));
+            }
         }
         for row in read_csv_if_there(&folder.join("click-repeats.csv"), &header(&columns, true))? {
             let (arrival_times, covariance) = row.measured(2, columns.len(), 0)?;
@@ -215,7 +224,7 @@ fn header(columns: &[Number], repeats: bool) -> Vec<String> {
 /// first of them.
 fn header_of(path: &Path, columns: &[Number]) -> Result<Vec<String>, RigError> {
     let text = if path.exists() { read_text(path)? } else { String::new() };
-    let short = text.lines().next().is_some_and(|line| line.contains(&columns[0].heading("_sd")));
+    let short = first_line(&text).contains(&columns[0].heading("_sd"));
     let values = columns.iter().map(|c| c.heading(""));
     let all = ["point".to_owned()].into_iter().chain(values).chain(columns.iter().map(|c| c.heading("_sd")));
     Ok(if short { all.collect() } else { header(columns, false) })

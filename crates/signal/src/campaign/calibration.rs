@@ -106,7 +106,7 @@ pub(super) fn calibrate(
                 (None, None, Some(found)) => {
                     let delay = WITHIN_A_SAMPLE / set.ping.rate_hz;
                     let words = format!(
-                        "mode shapes take the gains found at {} Hz, and all delays as equal to {:.0} us, which is one sample at most",
+                        "mode shapes take the gains found at {} Hz, and all delays as equal to within one sample ({:.0} us, standard deviation)",
                         set.click.rate_hz,
                         1e6 * delay
                     );

@@ -179,7 +179,8 @@ pub fn process_again(
         };
         let dead: Vec<String> = (0..microphones).filter(is_dead).map(|m| called[m].to_string()).collect();
         if !named.is_empty() && !dead.is_empty() {
-            notes.push(format!("{}: without {}, which is dead", records.point.id, dead.join(" and ")));
+            let verb = if dead.len() > 1 { "are" } else { "is" };
+            notes.push(format!("{}: without {}, which {verb} dead", records.point.id, dead.join(" and ")));
         }
         let (own_excess, excess) = &excesses[k];
         if own_excess.is_significant() || excess.is_significant() {
@@ -251,7 +252,7 @@ pub fn process_again(
         let calibrated = !live.is_empty() && !others.contains(&k);
         let of_the_live = ping_delays.as_ref().filter(|_| calibrated).map(|delays| delays.only(&live));
         let corrected = |ping: &Ping| match &of_the_live {
-            Some(delays) => delays.correct(ping, false).among(&live, microphones),
+            Some(delays) => delays.correct(ping).among(&live, microphones),
             None if shapes && !live.is_empty() => {
                 alone(ping).among(&live[ping.reference..=ping.reference], microphones)
             }

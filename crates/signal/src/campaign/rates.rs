@@ -1,5 +1,6 @@
 //! Pings at another sampling rate than that of the calibration.
 
+use rijke_numerics::words::counted;
 use rijke_rig::RecordSet;
 
 /// Points whose pings have another sampling rate than the set's.
@@ -13,10 +14,10 @@ pub(super) fn of_other_rates(set: &RecordSet) -> Vec<usize> {
 pub(super) fn without_shapes(set: &RecordSet, others: &[usize]) -> String {
     let ids: Vec<&str> = others.iter().map(|k| set.points[*k].point.id.as_str()).collect();
     format!(
-        "the pings of {} points ({}{}) are not sampled at {} Hz, as those of the calibration of the channels are, whose delays hold at that rate alone: \
+        "the pings of {} ({}{}) are not sampled at {} Hz, as those of the calibration of the channels are, whose delays hold at that rate alone: \
          growth rates and frequencies are had, mode shapes are left out; for shapes process these points as a set of their own, with clicks at their \
          rate, or state gains and delays in [microphones] of the manifest in place of the [[calibration]]",
-        ids.len(),
+        counted(ids.len(), "point"),
         ids[..ids.len().min(3)].join(", "),
         if ids.len() > 3 { ", ..." } else { "" },
         set.ping.rate_hz

@@ -79,6 +79,8 @@ impl ClickOptions {
             "the sampling rate is no number above zero"
         } else if !(low.is_finite() && low >= 0.0 && high.is_finite() && low < high) {
             "the band is not two frequencies, the lower one first"
+        } else if low >= 0.5 * trace.rate_hz {
+            "the band lies above half the sampling rate"
         } else if !positive(self.mains_hz) {
             "the frequency of the mains is no number above zero"
         } else if !(positive(self.window.0) && positive(self.window.1)) {

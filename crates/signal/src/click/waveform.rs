@@ -144,7 +144,9 @@ impl Waveform {
 /// determine their spectrum.
 pub(crate) fn comparison_frequencies((low, high): (f64, f64), free: usize) -> Vec<f64> {
     let count = (free.saturating_sub(1) / 2).clamp(2, 6);
-    let (from, to) = (1.5 * low, 0.85 * high);
+    // In a narrow band a quarter of it from its borders.
+    let margin = 0.25 * (high - low);
+    let (from, to) = ((1.5 * low).min(low + margin), (0.85 * high).max(high - margin));
     (0..count).map(|k| TAU * (from + (to - from) * k as f64 / (count - 1) as f64)).collect()
 }
 

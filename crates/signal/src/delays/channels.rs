@@ -7,7 +7,6 @@ use super::place::{Placed, absolute, place};
 use super::stated::ChannelPriors;
 use crate::Fault;
 use crate::click::ClickFit;
-use crate::ping::PingFit;
 use crate::repeats::{Group, variances_of_means};
 use rijke_numerics::{C64, Matrix};
 use rijke_rig::{ChannelErrors, Click, ModeRows, Ping};
@@ -287,9 +286,9 @@ impl ChannelDelays {
     }
 
     /// Removes delays and gains from a ping. Its covariance then includes the common error of this
-    /// calibration, unless `alone`.
+    /// calibration.
     #[must_use]
-    pub fn correct(&self, ping: &Ping, alone: bool) -> Ping {
+    pub fn correct(&self, ping: &Ping) -> Ping {
         let reference = ping.reference;
         // A record shows p(t - d): its amplitude is p e^{-s d}, times the gain.
         let factor = |m: usize| {
@@ -312,29 +311,26 @@ impl ChannelDelays {
             set(&mut map, row, row, factor(m));
             set(&mut map, row, 0, pressures[m] * (self.delays[m] - self.delays[reference]));
         }
-        let mut covariance = map.product(&ping.covariance).product(&map.transpose());
-        if !alone {
-            // d p_m = p_m [s (dd_m - dd_ref) - (dg_m / g_m - dg_ref / g_ref)]
-            let channels = pressures.len();
-            let mut common = Matrix::zeros(size, 2 * channels);
-            for (i, &m) in others.iter().enumerate() {
-                for (n, sign) in [(m, 1.0), (reference, -1.0)] {
-                    let delay = pressures[m] * ping.s * sign;
-                    let gain = pressures[m] * (-sign / self.gains[n]);
-                    for (column, z) in [(n, delay), (channels + n, gain)] {
-                        common[(ModeRows::pressure(i), column)] += z.re;
-                        common[(ModeRows::pressure(i) + 1, column)] += z.im;
-                    }
+        let covariance = map.product(&ping.covariance).product(&map.transpose());
+        // d p_m = p_m [s (dd_m - dd_ref) - (dg_m / g_m - dg_ref / g_ref)]
+        let channels = pressures.len();
+        let mut common = Matrix::zeros(size, 2 * channels);
+        for (i, &m) in others.iter().enumerate() {
+            for (n, sign) in [(m, 1.0), (reference, -1.0)] {
+                let delay = pressures[m] * ping.s * sign;
+                let gain = pressures[m] * (-sign / self.gains[n]);
+                for (column, z) in [(n, delay), (channels + n, gain)] {
+                    common[(ModeRows::pressure(i), column)] += z.re;
+                    common[(ModeRows::pressure(i) + 1, column)] += z.im;
                 }
             }
-            let error =
-                Matrix::from_fn(2 * channels, 2 * channels, |i, j| match (i < channels, j < channels) {
-                    (true, true) => self.covariance[(i, j)],
-                    (false, false) => self.gain_covariance[(i - channels, j - channels)],
-                    _ => 0.0,
-                });
-            covariance = covariance.plus(1.0, &common.product(&error).product(&common.transpose()));
         }
+        let error = Matrix::from_fn(2 * channels, 2 * channels, |i, j| match (i < channels, j < channels) {
+            (true, true) => self.covariance[(i, j)],
+            (false, false) => self.gain_covariance[(i - channels, j - channels)],
+            _ => 0.0,
+        });
+        let covariance = covariance.plus(1.0, &common.product(&error).product(&common.transpose()));
         Ping { s: ping.s, pressures, reference, covariance }
     }
 
@@ -353,13 +349,6 @@ impl ChannelDelays {
             gains: against(&|m, n| self.gain_covariance[(m, n)] / (self.gains[m] * self.gains[n])),
             contained: true,
         }
-    }
-
-    /// Amplitudes of a fit with delays and gains removed, units of the record.
-    #[must_use]
-    pub fn amplitudes(&self, fit: &PingFit) -> Vec<C64> {
-        let true_amplitude = |(m, a): (usize, &C64)| a * (fit.ping.s * self.delays[m]).exp() / self.gains[m];
-        fit.amplitudes.iter().enumerate().map(true_amplitude).collect()
     }
 }
 

@@ -156,7 +156,7 @@ impl<'a> Whole<'a> {
     /// None for a record in which no stretch has a tone.
     fn of(trace: &'a Trace<'a>, options: &'a PingOptions) -> Option<Self> {
         let samples = (0..trace.len()).flat_map(|n| trace.channels.iter().map(move |y| y[n])).collect();
-        let span = (SPAN * trace.rate_hz) as usize;
+        let span = ((SPAN * trace.rate_hz) as usize).max(1);
         let mut whole = Self { trace, options, samples, span, from: 0, loudest_hz: 0.0 };
         (whole.from, whole.loudest_hz) = whole.loudest()?;
         Some(whole)

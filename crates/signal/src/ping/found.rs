@@ -35,11 +35,6 @@ pub struct PingFit {
     /// How the damping depends on the amplitude. If that is significant, `ping` and `modes` hold the growth
     /// rate at small amplitude, with the error that the excess leaves.
     pub excess: Excess,
-    /// Ljung-Box statistic of the whitened residuals over 20 lags and all channels, less its mean for white
-    /// noise and over its standard deviation. How well the quiet part shows the colour of the noise is
-    /// allowed for, the parameters that the fit takes up and the filter are not: of white noise it comes out
-    /// at about -4, and only large positive values mean something.
-    pub whiteness: f64,
 }
 
 impl PingFit {

@@ -186,7 +186,6 @@ impl Fitted {
             signal_to_noise,
             mains: (self.harmonics, mains.unwrap_or(options.mains_hz)),
             residual_variance: variance,
-            whiteness: residue.whiteness(self.learnt_from),
         })
     }
 }

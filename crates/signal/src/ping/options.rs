@@ -31,6 +31,8 @@ impl PingOptions {
             "the sampling rate is no number above zero"
         } else if !(positive(low) && high.is_finite() && low < high) {
             "the band is not two frequencies above zero, the lower one first"
+        } else if low >= 0.5 * trace.rate_hz {
+            "the band lies above half the sampling rate"
         } else if !(self.highest_hz.is_finite() && self.highest_hz > low) {
             "the highest frequency lies below the band"
         } else if !(positive(self.mains_hz) && positive(self.decay_times)) {

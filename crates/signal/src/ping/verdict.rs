@@ -19,10 +19,6 @@ const WHOLE_DEVIATIONS: f64 = 5.0;
 /// How many times more noise may be left where it rings the mode: in a stretch shorter than its memory, the
 /// power of narrow noise has few degrees of freedom.
 const NARROW: f64 = 8.0;
-/// Lags of the whiteness statistic.
-const LAGS: usize = 20;
-/// It looks at no more samples of a channel than these: the colour of the noise is not known better.
-const WHITENESS_ROWS: usize = 4096;
 
 /// White residuals of a fit, one row of channels per sample.
 pub(crate) struct Residue<'a> {
@@ -98,30 +94,6 @@ impl Residue<'_> {
         let channel = (0..self.channels).max_by(|&a, &b| of(a).total_cmp(&of(b))).unwrap_or(0);
         let (frequency_hz, _) = strongest_tone(white, 0, channel);
         Err(Fault::Residual { at: self.begin, channel: channel.into(), ratio: power, frequency_hz })
-    }
-
-    /// Ljung & Box 1978, summed over channels, less its mean for white noise and over its standard deviation,
-    /// for noise whose colour was learnt from `learnt_from` other samples: an autocorrelation then has the
-    /// variance 1/n + 1/learnt_from.
-    pub(crate) fn whiteness(&self, learnt_from: usize) -> f64 {
-        let rows = (self.samples.len() / self.channels).min(WHITENESS_ROWS);
-        let samples = &self.samples[..rows * self.channels];
-        if rows <= LAGS {
-            return 0.0;
-        }
-        let n = rows as f64;
-        let mut statistic = 0.0;
-        for m in 0..self.channels {
-            let series: Vec<f64> = samples.iter().skip(m).step_by(self.channels).copied().collect();
-            let zero = dot(&series, &series);
-            for lag in 1..=LAGS {
-                let correlation = dot(&series[..rows - lag], &series[lag..]) / zero;
-                statistic += n * (n + 2.0) / (n - lag as f64) * correlation * correlation;
-            }
-        }
-        statistic *= learnt_from as f64 / (learnt_from as f64 + n);
-        let freedom = (LAGS * self.channels) as f64;
-        (statistic - freedom) / (2.0 * freedom).sqrt()
     }
 }
 

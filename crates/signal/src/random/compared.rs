@@ -48,6 +48,14 @@ pub enum ComparisonFault {
         /// Mean of its coherence with the reference.
         coherence: f64,
     },
+    /// A channel whose sign is not the same in all records.
+    #[error("channel {channel} has another sign in record {file} than in the first")]
+    Turned {
+        /// The channel.
+        channel: usize,
+        /// Number of that record in the list, from 0.
+        file: usize,
+    },
     /// Nothing to compare with.
     #[error("{what}")]
     Alone {
@@ -61,7 +69,7 @@ const FREQUENCIES: f64 = 24.0;
 const AVERAGES: f64 = 8.0;
 /// Mean coherence below which channels do not hear the same.
 const COHERENT: f64 = 0.5;
-/// Errors of a silent channel: 100 % of the gain, s of delay.
+/// Errors of a silent channel: 100 % of the gain, 1 ms of delay.
 const UNKNOWN: [f64; 2] = [1.0, 1e-3];
 
 impl ComparedChannels {
@@ -91,14 +99,21 @@ impl ComparedChannels {
         let segment = ((rate_hz / spacing).ceil() as usize).next_power_of_two();
         let mut of_records = Vec::with_capacity(records.len());
         for (file, record) in records.iter().enumerate() {
-            let wrong = |fault| ComparisonFault::Record { file, fault };
+            let wrong = |fault: Fault| ComparisonFault::Record { file, fault: fault.within(&live) };
             let channels: Vec<Vec<f64>> = live.iter().filter_map(|c| record.get(*c).cloned()).collect();
             let spectra = Spectra::welch(&channels, rate_hz, segment, band_hz).map_err(wrong)?;
             if spectra.averages < AVERAGES {
                 let (have, need) = (channels[0].len(), segment * (0.5 * (AVERAGES + 2.0)) as usize);
                 return Err(wrong(Fault::TooShort { what: "record of the comparison", have, need }));
             }
-            of_records.push(Lines::of(&spectra, r)?);
+            let own = Lines::of(&spectra, r)
+                .map_err(|(m, coherence)| ComparisonFault::Incoherent { channel: live[m], coherence })?;
+            let turned = |(a, b): (&Line, &Line)| a.sign * b.sign < 0.0;
+            let first: &Lines = of_records.first().unwrap_or(&own);
+            if let Some(m) = first.lines.iter().zip(&own.lines).position(turned) {
+                return Err(ComparisonFault::Turned { channel: live[m], file });
+            }
+            of_records.push(own);
         }
         let all = Lines::mean(&of_records);
         let shared = all.of_reference();
@@ -150,7 +165,8 @@ struct Lines {
 }
 
 impl Lines {
-    fn of(spectra: &Spectra, reference: usize) -> Result<Self, ComparisonFault> {
+    /// Of the channels of one record; where one does not hear the reference, that channel and its coherence.
+    fn of(spectra: &Spectra, reference: usize) -> Result<Self, (usize, f64)> {
         let n = spectra.cross.first().map_or(0, Vec::len);
         // ln(1 + noise over signal) of a pair of channels is the sum of that of either.
         let noise = |a: usize, b: usize| {
@@ -174,7 +190,7 @@ impl Lines {
             let coherence =
                 transfers.iter().map(|h| h.coherence).sum::<f64>() / transfers.len().max(1) as f64;
             if coherence < COHERENT {
-                return Err(ComparisonFault::Incoherent { channel: m, coherence });
+                return Err((m, coherence));
             }
             let third: Vec<usize> = (0..n).filter(|k| *k != m && *k != reference).collect();
             let ratio = |(sums, h): (&Vec<Vec<C64>>, &super::TransferEstimate)| {

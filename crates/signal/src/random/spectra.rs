@@ -42,7 +42,8 @@ impl Spectra {
     /// before (Welch, IEEE Trans. Audio Electroacoust. 15 (1967) 70).
     ///
     /// # Errors
-    /// [`Fault::UnequalChannels`]; [`Fault::TooShort`] for less than two segments; [`Fault::NotFinite`];
+    /// [`Fault::UnequalChannels`]; [`Fault::TooShort`] for less than two segments, or for one without a
+    /// frequency in the band; [`Fault::NotFinite`];
     /// [`Fault::DeadChannel`] for one of a single value.
     pub fn welch(
         channels: &[Vec<f64>],
@@ -60,6 +61,14 @@ impl Spectra {
         let spacing = rate_hz / segment as f64;
         let bins: Vec<usize> =
             (1..segment / 2).filter(|k| (band_hz[0]..=band_hz[1]).contains(&(*k as f64 * spacing))).collect();
+        if bins.is_empty() {
+            let need = (rate_hz / (band_hz[1] - band_hz[0]).max(f64::MIN_POSITIVE)).ceil() as usize;
+            return Err(Fault::TooShort {
+                what: "segment, for a frequency in the band,",
+                have: segment,
+                need,
+            });
+        }
         let n = channels.len();
         let mut cross = vec![vec![vec![C64::ZERO; n]; n]; bins.len()];
         let plan = transform::forward(segment);

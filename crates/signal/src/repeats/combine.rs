@@ -63,7 +63,9 @@ pub fn combine(values: &[(f64, Vec<f64>, Matrix)], names: &dyn Fn(usize) -> Stri
             let worst = (0..size).map(|i| (i, distance(i))).max_by(|a, b| a.1.total_cmp(&b.1));
             match worst {
                 Some((i, distance)) if distance > OUTLIER => {
-                    outliers.push((n, Fault::Outlier(names(i), distance)));
+                    let sd = typical[i].1.max(covariance[(i, i)].max(0.0).sqrt());
+                    let sds = (vector[i] - typical[i].0).abs() / sd;
+                    outliers.push((n, Fault::Outlier(names(i), sds)));
                     false
                 }
                 _ => true,

@@ -62,7 +62,7 @@ impl Rig {
         let record = self.ping.record(seed, "ping");
         let trace = Trace { channels: &record, rate_hz: 1e4, quiet: 2000, full_scale: f64::INFINITY };
         let options = PingOptions { reference: 5, ..PingOptions::default() };
-        let ping = delays.correct(&fit_ping(&trace, &options).unwrap().ping, false);
+        let ping = delays.correct(&fit_ping(&trace, &options).unwrap().ping);
         let (s, amplitudes) = &Ringing::tube(-10.0, 300.0).modes[0];
         let pressures: Vec<C64> = amplitudes.iter().map(|a| a / amplitudes[5]).collect();
         let truth = rijke_rig::Ping { s: *s, pressures, ..ping.clone() };

@@ -25,8 +25,8 @@ pub struct Part {
     pub(crate) hole: Option<Hole>,
 }
 
-/// A hole of a part: the places in the scope of its diameter, m, and of the open part of the area, where it is
-/// one of many.
+/// A hole of a part: the places in the scope of its diameter, m, and of the open part of the area, where it
+/// is one of many.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Hole {
     pub(crate) diameter: usize,

@@ -28,8 +28,8 @@ questions! {
 }
 
 pub use answer::{Answer, AnswerPanel, Layer, LayerLook};
-pub(super) use axes::{axis_label, factor_column};
 pub use axes::symbol;
+pub(super) use axes::{axis_label, factor_column};
 pub use beside::{gains_along, left_out_table, residuals_over_factors};
 pub use nodes::MapNodes;
 pub use stability::stability;
