@@ -5,6 +5,7 @@ use crate::law::Effect;
 use crate::names::{MACH, MASS_FLUX, VELOCITY};
 use crate::plan::Base;
 use crate::{Campaign, ObservedModes, Point, Study, StudyProblem};
+use rijke_numerics::words::rounded;
 use std::collections::HashMap;
 
 /// Microphones nearer than this hear the same, m.
@@ -24,6 +25,9 @@ const ROOM: std::ops::RangeInclusive<f64> = 250.0..=330.0;
 const COLD: f64 = 200.0;
 /// 0 degrees Celsius, K.
 const ZERO: f64 = 273.15;
+/// Prandtl numbers and viscosities, Pa s, of gases at room temperature.
+const PRANDTL: [f64; 2] = [0.1, 1.5];
+const VISCOSITY: [f64; 2] = [5e-6, 5e-5];
 /// Most points that are named.
 const NAMED: usize = 5;
 
@@ -37,6 +41,7 @@ impl Study {
         all.extend(self.without_factor());
         all.extend(self.rooms());
         all.extend(self.cold());
+        all.extend(self.no_gas());
         all.extend(self.sizes());
         all.extend(self.at_rest());
         all
@@ -142,6 +147,19 @@ impl Study {
              of a factor, \"{t:.1} degC\" in rig.toml",
             self.rig.parts[part].name,
             named(&found.iter().map(|f| f.0).collect::<Vec<_>>())
+        ))
+    }
+
+    /// What no gas has: its walls would lose by another factor than those of the rig.
+    fn no_gas(&self) -> Option<String> {
+        let gas = self.rig.gas.at(LAID_OUT, self.rig.pressure);
+        let numbers =
+            [("Prandtl number", gas.prandtl, "", PRANDTL), ("viscosity", gas.viscosity, " Pa s", VISCOSITY)];
+        let (what, value, unit, [low, high]) =
+            numbers.into_iter().find(|(_, value, _, [low, high])| !(low..=high).contains(&value))?;
+        Some(format!(
+            "rig.toml: the {what} of the gas is {}{unit} at 20 degC, and gases have {low} to {high}{unit}: look after the decimal point and the unit",
+            rounded(value)
         ))
     }
 

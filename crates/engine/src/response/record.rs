@@ -1,6 +1,6 @@
 //! What a stage of responses found, as numbers that are written and drawn.
 
-use crate::run::{EvidenceRecord, TrainedParameter};
+use crate::run::{EvidenceRecord, TrainedParameter, behind_by_a_prior};
 use rijke_inference::{NoiseEstimate, OtherMaximum};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -118,6 +118,13 @@ impl ResponseStageRecord {
         let mut all: Vec<&ResponseModelRecord> = self.models.iter().collect();
         all.sort_by(|a, b| b.ln_evidence().total_cmp(&a.ln_evidence()));
         all
+    }
+
+    /// The models that a prior keeps from the first place, a sentence each.
+    #[must_use]
+    pub fn behind_by_a_prior(&self) -> Vec<String> {
+        let all = self.models.iter().map(|m| (&*m.id, m.evidence.map(|e| e.ln_marginal), &*m.parameters));
+        behind_by_a_prior(&all.collect::<Vec<_>>())
     }
 }
 

@@ -2,9 +2,11 @@
 
 use super::head::Rest;
 use super::measured::Measured;
+use super::select::Selected;
+use crate::run::TrainedParameter;
 use rijke_numerics::C64;
 use rijke_study::plan::SdSpec;
-use rijke_study::responses::ResponseStage;
+use rijke_study::responses::{ResponseKind, ResponseStage};
 
 /// What is left of a training. Every residual counts by the standard deviation that noise, misfit and what
 /// was measured of it have together: one of loud numbers says nothing of quiet ones.
@@ -78,6 +80,50 @@ pub(super) fn too_large(stage: &ResponseStage, left: &Left) -> String {
         "the residuals are {:.1} times as large as {what} expect (rms {:.2e}): error bars and leads are too sure by as much; {remedy}",
         left.ratio, left.size
     )
+}
+
+/// What is said of residuals that correlate along frequency; `poor` if the model does not describe the data.
+pub(super) fn not_noise(stage: &ResponseStage, measured: &[Measured], left: &Left, poor: bool) -> String {
+    let remedy = match &stage.misfit {
+        _ if poor => "this model does not describe these data",
+        // Pressures of unknown sources are trained without a misfit.
+        None if measured.iter().any(|m| m.unknown_sources) => {
+            "the rig's model or that of the instrument lacks something small, perhaps an error of a temperature (T_amb_sd), a length or a place \
+             that it takes for exact, and every further frequency counts it once more: state these errors, or give the microphones larger \
+             ones ([microphones] of rig.toml); frequencies farther apart (`step_hz`) hide the lack, and what it does to the parameters stays"
+        }
+        None => {
+            "the rig's model or that of the instrument lacks something small, perhaps an error of a temperature (T_amb_sd), a length or a place \
+             that it takes for exact, and every further frequency counts it once more: state these errors, or let the misfit correlate \
+             ([responses.misfit]); frequencies farther apart (`step_hz`) hide the lack, and what it does to the parameters stays"
+        }
+        Some(_) => "the rig's model or that of the instrument lacks something",
+    };
+    format!(
+        "the residuals are not noise: their rms is {:.2e}, over their standard deviations {:.2} % of that of the data, and neighbouring \
+         frequencies correlate by {:.2}, {:.0} sd from what noise and misfit have; {remedy}",
+        left.size,
+        100.0 * left.share,
+        left.neighbours,
+        left.neighbours_sds
+    )
+}
+
+/// Of which parameters the data tell nothing, in a sentence; none if they tell of all.
+pub(super) fn untold(parameters: &[TrainedParameter], data: &Selected) -> Option<String> {
+    let untold: Vec<&str> = parameters.iter().filter(|p| p.is_as_before()).map(|p| p.name.as_str()).collect();
+    if untold.is_empty() {
+        return None;
+    }
+    let both =
+        |what: &ResponseKind| matches!(what, ResponseKind::Pressure { sources, .. } if sources.len() > 1);
+    let hint = if data.whats.iter().any(both) {
+        "; waves of unknown strength enter at both ends, so that nothing is told of what these reflect: if only one end drives, write \
+         sources = [\"upstream\"]"
+    } else {
+        ""
+    };
+    Some(format!("not identified by these data, as their priors: {}{hint}", untold.join(", ")))
 }
 
 #[cfg(test)]

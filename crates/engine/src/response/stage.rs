@@ -9,7 +9,7 @@ use super::measured::Measured;
 use super::mistaken::mistaken;
 use super::predict::Responses;
 use super::record::{LoadRecord, ResponseModelRecord, ResponseStageRecord};
-use super::residual::{left, too_large};
+use super::residual::{left, not_noise, too_large, untold};
 use super::rows::rows_of;
 use super::select::{self, Selected};
 use super::train::Training;
@@ -261,48 +261,9 @@ impl ResponseRun {
             ));
         }
         if left.neighbours_sds > NOT_NOISE {
-            let remedy = match &stage.misfit {
-                _ if share > POOR => "this model does not describe these data",
-                // Pressures of unknown sources are trained without a misfit.
-                None if measured.iter().any(|m| m.unknown_sources) => {
-                    "the rig's model or that of the instrument lacks something small, perhaps an error of a temperature (T_amb_sd), a length or a place \
-                     that it takes for exact, and every further frequency counts it once more: state these errors, or give the microphones larger \
-                     ones ([microphones] of rig.toml); frequencies farther apart (`step_hz`) hide the lack, and what it does to the parameters stays"
-                }
-                None => {
-                    "the rig's model or that of the instrument lacks something small, perhaps an error of a temperature (T_amb_sd), a length or a place \
-                     that it takes for exact, and every further frequency counts it once more: state these errors, or let the misfit correlate \
-                     ([responses.misfit]); frequencies farther apart (`step_hz`) hide the lack, and what it does to the parameters stays"
-                }
-                Some(_) => "the rig's model or that of the instrument lacks something",
-            };
-            remarks.push(format!(
-                "the residuals are not noise: their rms is {:.2e}, over their standard deviations {:.2} % of that of the data, and neighbouring \
-                 frequencies correlate by {:.2}, {:.0} sd from what noise and misfit have; {remedy}",
-                left.size,
-                100.0 * share,
-                left.neighbours,
-                left.neighbours_sds
-            ));
+            remarks.push(not_noise(stage, measured, &left, share > POOR));
         }
-        let untold = record
-            .parameters
-            .iter()
-            .take(assembly.parameters().len())
-            .filter(|p| p.is_as_before())
-            .map(|p| p.name.as_str());
-        let untold: Vec<&str> = untold.collect();
-        if !untold.is_empty() {
-            let both = |what: &ResponseKind| matches!(what, ResponseKind::Pressure { sources, .. } if sources.len() > 1);
-            let hint = if data.whats.iter().any(both) {
-                "; waves of unknown strength enter at both ends, so that nothing is told of what these reflect: if only one end drives, write \
-                 sources = [\"upstream\"]"
-            } else {
-                ""
-            };
-            remarks
-                .push(format!("not identified by these data, as their priors: {}{hint}", untold.join(", ")));
-        }
+        remarks.extend(untold(&record.parameters[..assembly.parameters().len()], data));
         record.predicted = found.answers.iter().map(|a| pairs(a)).collect();
         record.heard = left.heard.iter().map(|a| pairs(a)).collect();
         (record.residual, record.neighbours) = (left.size, left.neighbours);

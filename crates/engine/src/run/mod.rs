@@ -10,6 +10,7 @@ mod asked;
 mod assumed;
 mod average;
 mod begin;
+mod behind;
 mod beyond;
 mod checks;
 mod claims;
@@ -53,6 +54,7 @@ pub use answers::{
 };
 pub use asked::{Unpredicted, forecast, modes_at};
 pub use average::{OpenModel, at_other_maxima};
+pub(crate) use behind::behind_by_a_prior;
 pub use beyond::{Beyond, beyond};
 pub use checks::Datum;
 pub use claims::{Judgement, agreement, models, verdicts};

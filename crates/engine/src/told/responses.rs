@@ -26,6 +26,7 @@ pub fn tell_responses(stage: &ResponseStageRecord, tell: &dyn Tell) {
             tell.say(format!("                  {remark}"));
         }
     }
+    stage.behind_by_a_prior().iter().for_each(|said| tell.note(format!("warning: {said}")));
     if let [first, second, ..] = models[..]
         && first.ln_evidence() - second.ln_evidence() < stage.decides
     {

@@ -34,6 +34,7 @@ pub fn tell_stage(stage: &StageRecord, tell: &dyn Tell) {
         }
     }
     of_all.iter().for_each(|said| tell.say(format!("      of all these: {said}")));
+    stage.behind_by_a_prior().iter().for_each(|said| tell.note(format!("warning: {said}")));
     if let Some(model) = stage.models.iter().find(|m| m.id == stage.chosen) {
         carried_on(stage, tell);
         if let Some((other, behind)) = stage.nearest().filter(|(_, behind)| *behind < stage.decides) {

@@ -29,6 +29,13 @@ impl Pipe {
         moments: &[f64],
         step: f64,
     ) -> Result<Vec<Draught<f64>>, FlowError> {
+        if !(step > 0.0 && step.is_finite()) {
+            return Err(FlowError::Setting { name: "step", value: step, must: "above zero, s" });
+        }
+        if let Some(row) = ramp.log.iter().find(|row| !(row.power.is_finite() && row.time.is_finite())) {
+            let must = "finite, at finite times";
+            return Err(FlowError::Setting { name: "power", value: row.power, must });
+        }
         let mut time = ramp.log.first().map_or(f64::INFINITY, |first| first.time);
         let (mut power, mut changed) = (0.0, time);
         let mut left = ramp.log.as_slice();

@@ -22,6 +22,12 @@ pub enum EnsembleError {
         /// Column.
         variable: usize,
     },
+    /// A measured number that is none.
+    #[error("datum {datum} is not finite")]
+    Datum {
+        /// Its place in the list.
+        datum: usize,
+    },
     /// Lists that do not fit together.
     #[error("{what}: expected {expected}, got {got}")]
     Shape {

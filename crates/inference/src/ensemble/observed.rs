@@ -45,6 +45,9 @@ impl White {
         if let Some(i) = observed.predicted.as_slice().iter().position(|v| !v.is_finite()) {
             return Err(EnsembleError::NotFinite { member: i / data, variable: i % data });
         }
+        if let Some(datum) = observed.measured.iter().position(|y| !y.is_finite()) {
+            return Err(EnsembleError::Datum { datum });
+        }
         let (mean, mut anomalies) = centred(observed.predicted);
         let departure: Vec<f64> = observed.measured.iter().zip(&mean).map(|(y, m)| y - m).collect();
         let root = (members as f64 - 1.0).sqrt();

@@ -5,6 +5,7 @@ use super::layout::Placed;
 use super::schema::{Coefficient, Element, Gas};
 use super::warning::Warning;
 use crate::plane::region::Region;
+use rijke_numerics::words::rounded;
 use std::f64::consts::{PI, TAU};
 
 /// A duct of fewer wavelengths at the highest frequency of the search is no slip, nor is a delay of fewer
@@ -25,6 +26,10 @@ const COLDEST: f64 = 100.0;
 const LIGHT: f64 = 1000.0;
 /// Gas of less pressure than this, Pa, is most often given in kPa.
 const THIN: f64 = 1000.0;
+/// Prandtl numbers of gases, and their viscosities at room temperature, Pa s and K.
+const PRANDTL: [f64; 2] = [0.1, 1.5];
+const VISCOSITY: [f64; 2] = [5e-6, 5e-5];
+const ROOM: f64 = 293.15;
 /// Flows through holes are slow beside the sound, up to this Mach number.
 const FAST: f64 = 0.3;
 /// A neck so many times as wide as its duct is in another unit.
@@ -55,6 +60,18 @@ impl Sizes {
             let remedy = format!("if these are kPa, write {}", 1e3 * gas.pressure);
             size(head, "pressure", gas.pressure, "Pa", why, remedy)
         }));
+        // Of liquids, which gas constants do not describe, nothing is said.
+        let viscosity = gas.viscosity / (gas.temperature / ROOM).powf(0.7);
+        for (what, value, unit, [low, high]) in [
+            ("prandtl", gas.prandtl, "", PRANDTL),
+            ("at 20 degC the viscosity", viscosity, " Pa s", VISCOSITY),
+        ] {
+            if self.freezes && !(low..=high).contains(&value) {
+                let what =
+                    format!("{what} is {}{unit}, and gases have {low} to {high}{unit}", rounded(value));
+                all.push(Warning::range(head, what, "look after the decimal point and the unit"));
+            }
+        }
         for Placed { item, element, x, .. } in placed {
             let thick = |key, value: f64| {
                 (value > THICK).then(|| millimetres(item, key, value, "longer than any".to_owned()))

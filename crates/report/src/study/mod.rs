@@ -265,6 +265,9 @@ fn section(head: &StudyHead, stage: &StageRecord) -> String {
     for assumed in &stage.assumes {
         text += &format!("<p class=\"warn\">Stands on what is not decided. {}.</p>\n", html(assumed));
     }
+    for said in stage.behind_by_a_prior() {
+        text += &format!("<p class=\"warn\">{}.</p>\n", html(&said));
+    }
     if let Some(missed) = &stage.missed {
         text += &format!("<p class=\"warn\">Of the model that goes on, {}.</p>\n", html(missed));
     }

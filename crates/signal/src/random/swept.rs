@@ -68,6 +68,7 @@ impl Swept {
             |what, have, need| if have < need { Err(Fault::TooShort { what, have, need }) } else { Ok(()) };
         short("list of microphones", n, 2)?;
         short("record or period", length, 16)?;
+        short("record, beside its period,", whole, length)?;
         let spacing = rate_hz / length as f64;
         let together = ((options.resolution_hz / spacing).round() as usize).max(1);
         let [low, high] = options.band_hz;
