@@ -20,6 +20,7 @@ mod rows;
 mod select;
 mod sources;
 mod stage;
+mod stray;
 mod train;
 
 pub use forecast::ResponseForecast;

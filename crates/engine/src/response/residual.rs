@@ -13,6 +13,8 @@ use rijke_study::responses::{ResponseKind, ResponseStage};
 pub(super) struct Left {
     /// What the head makes of the model's answers, load after load.
     pub(super) heard: Vec<Vec<C64>>,
+    /// Distance of every number from the model, over its standard deviation, load after load.
+    pub(super) distances: Vec<Vec<f64>>,
     /// Root mean square of the residuals as they stand, both parts together.
     pub(super) size: f64,
     /// Root mean square of the residuals over that of the data, both in standard deviations.
@@ -33,7 +35,7 @@ pub(super) struct Left {
 /// What is left of `measured` by what the head hears; `rest` is the covariance of what is not the head's.
 pub(super) fn left(measured: &[Measured], heard: Vec<Vec<C64>>, rest: Rest<'_>) -> Left {
     let (mut plain, mut square, mut data, mut pairs, mut shared) = (0.0, 0.0, 0.0, 0.0, 0.0);
-    let mut stated = 0.0;
+    let (mut stated, mut distances) = (0.0, Vec::with_capacity(measured.len()));
     for (m, heard) in measured.iter().zip(&heard) {
         // Of a complex number: both parts have this variance.
         let sds: Vec<f64> = (0..m.values.len())
@@ -48,11 +50,13 @@ pub(super) fn left(measured: &[Measured], heard: Vec<Vec<C64>>, rest: Rest<'_>) 
         pairs += standard.windows(2).map(|w| (w[1] * w[0].conj()).re).sum::<f64>();
         let common = |i: usize| 2.0 * rest.covariance_of(m, i - 1, i) / (sds[i - 1] * sds[i]);
         shared += (1..sds.len()).map(common).sum::<f64>();
+        distances.push(standard.iter().map(|z| z.norm()).collect());
     }
     let count = measured.iter().map(|m| m.values.len()).sum::<usize>().max(1) as f64;
     let neighbours = pairs / square.max(f64::MIN_POSITIVE);
     Left {
         heard,
+        distances,
         size: (plain / count).sqrt(),
         share: (square / data.max(f64::MIN_POSITIVE)).sqrt(),
         neighbours,

@@ -12,6 +12,7 @@ use super::record::{LoadRecord, ResponseModelRecord, ResponseStageRecord};
 use super::residual::{left, not_noise, too_large, untold};
 use super::rows::rows_of;
 use super::select::{self, Selected};
+use super::stray::stray;
 use super::train::Training;
 use crate::gaussian::handed_on;
 use crate::rows::Row;
@@ -247,6 +248,7 @@ impl ResponseRun {
                  are worse than they say, or the model lacks something, which may have moved its parameters by more than their deviations"
             ));
         }
+        remarks.extend(stray(measured, &left.distances));
         let share = left.share;
         if share > POOR {
             let names = &self.study.rig.microphones.names;

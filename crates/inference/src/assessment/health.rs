@@ -35,8 +35,8 @@ pub struct Health {
     /// How far the posterior lies from the priors.
     #[serde(default)]
     pub conflict: Conflict,
-    /// Reasons not to trust the evidence, in words with numbers; empty means trusted. They judge the numbers and
-    /// not the model: whether it describes the data is for chi-squared and residuals to say.
+    /// Reasons not to trust the evidence, in words with numbers; empty means trusted. They judge the numbers
+    /// and not the model: whether it describes the data is for chi-squared and residuals to say.
     pub warnings: Vec<String>,
     /// Calls of the model spent on fits (all starts) and on draws.
     pub calls: Calls,

@@ -5,6 +5,7 @@ mod conjugated;
 mod delayed;
 mod handed_on;
 mod installations;
+mod judged;
 mod lawless;
 mod lengths;
 mod meant;

@@ -45,7 +45,7 @@ pub(super) const CASES: [Case; 20] = [
         "stage whose name is a path",
         |d| edit(d, "data/study.toml", "id = \"tube\"", "id = \"a/b\""),
         CHECK,
-        ["study.toml, line 8", "a/b...", "it names files"],
+        ["study.toml, line 8", "a/b", "the name of files"],
     ),
     case(
         "sd of the ambient temperature below zero",

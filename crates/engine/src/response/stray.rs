@@ -1,0 +1,109 @@
+//! Responses, and single frequencies of them, that lie far from a model which fits the others.
+
+use super::measured::Measured;
+
+/// A response lies far if the median of its distances is so many times that of the others ...
+const RESPONSE: f64 = 4.0;
+/// ... of which there are so many at least.
+const OTHERS: usize = 2;
+/// A frequency lies far if its distance is so many times the median of all ...
+const FREQUENCY: f64 = 10.0;
+/// ... and so many times those of both neighbours: what a model lacks at a resonance spreads over several.
+const ALONE: f64 = 4.0;
+/// Numbers that must be there, or nothing is usual.
+const FEWEST: usize = 20;
+/// Most that are named.
+const NAMED: usize = 3;
+
+/// What lies far from the model, in sentences; `distances` are those of all numbers, response after response,
+/// over their standard deviations.
+pub(super) fn stray(measured: &[Measured], distances: &[Vec<f64>]) -> Vec<String> {
+    let mut all: Vec<f64> = distances.iter().flatten().copied().collect();
+    if all.len() < FEWEST {
+        return Vec::new();
+    }
+    let usual = median(&mut all);
+    let medians: Vec<f64> = distances.iter().map(|d| median(&mut d.clone())).collect();
+    let mut said = Vec::new();
+    let far: Vec<(usize, f64)> = (0..medians.len())
+        .filter_map(|k| {
+            let mut others: Vec<f64> =
+                medians.iter().enumerate().filter(|(j, _)| *j != k).map(|(_, m)| *m).collect();
+            let enough = others.len() >= OTHERS;
+            let times = medians[k] / median(&mut others);
+            (enough && times > RESPONSE).then_some((k, times))
+        })
+        .collect();
+    // Many that lie far are no strays.
+    if (1..=NAMED).contains(&far.len()) && 2 * far.len() < medians.len() {
+        for (k, times) in &far {
+            said.push(format!(
+                "the response {} lies {times:.0} times as far from the model as the others: look whether it belongs to this point, and in which unit and \\
+                 reference it was measured",
+                measured[*k].label
+            ));
+        }
+    }
+    let mut alone: Vec<(f64, String)> = Vec::new();
+    for (m, own) in measured.iter().zip(distances) {
+        for k in 0..own.len() {
+            let beside = [k.checked_sub(1), Some(k + 1)].into_iter().flatten().filter_map(|j| own.get(j));
+            let beside = beside.fold(0.0, |a: f64, d| a.max(*d));
+            if own[k] > FREQUENCY * usual && own[k] > ALONE * beside {
+                alone.push((own[k], format!("{:.1} Hz of {}", m.frequency_hz[k], m.label)));
+            }
+        }
+    }
+    alone.sort_by(|a, b| b.0.total_cmp(&a.0));
+    if !alone.is_empty() {
+        let places: Vec<&str> = alone.iter().take(NAMED).map(|(_, place)| place.as_str()).collect();
+        let more = alone.len().saturating_sub(NAMED);
+        let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+        said.push(format!(
+            "{}{more}: {:.0} times as far from the model as is usual here, and alone among the frequencies beside: look at these rows, which make the noise \\
+             large for all",
+            places.join(", "),
+            alone[0].0 / usual
+        ));
+    }
+    said
+}
+
+fn median(values: &mut [f64]) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied().unwrap_or(f64::NAN).max(f64::MIN_POSITIVE)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::stray;
+    use crate::response::measured::Measured;
+
+    fn response(label: &str) -> Measured {
+        Measured {
+            label: label.to_owned(),
+            session: 0,
+            unknown_sources: false,
+            frequency_hz: (0..10).map(|k| 100.0 + 10.0 * f64::from(k)).collect(),
+            values: Vec::new(),
+            sd: Vec::new(),
+        }
+    }
+
+    #[test]
+    fn message_what_lies_far_alone_is_named() {
+        let all = ["a", "b", "c"].map(response);
+        let usual: Vec<f64> = (0..10).map(|k| 0.7 + 0.1 * f64::from(k)).collect();
+        let of = |far: [f64; 3]| far.map(|f| usual.iter().map(|d| f * d).collect::<Vec<f64>>()).to_vec();
+        assert!(stray(&all, &of([1.0, 1.5, 0.8])).is_empty());
+        let said = stray(&all, &of([1.0, 9.0, 1.2]));
+        assert!(said.len() == 1 && said[0].starts_with("the response b lies 7 times"), "{said:?}");
+        let mut one = of([1.0; 3]);
+        one[2][4] = 40.0;
+        let said = stray(&all, &one);
+        assert!(said.len() == 1 && said[0].starts_with("140.0 Hz of c: 33 times as far"), "{said:?}");
+        // A resonance that the model has at another frequency spreads.
+        (one[2][3], one[2][5]) = (25.0, 20.0);
+        assert!(stray(&all, &one).is_empty());
+    }
+}
