@@ -180,7 +180,10 @@ impl Posterior<'_> {
                 near[noise.coordinate] = noise.grown_to(share);
             }
             let search = TrustRegion { first_radius: SHORT, ..left(*calls) };
-            let fit = self.map_from(&near, &search)?;
+            let fit = match self.map_from(&near, &search) {
+                Err(InferenceError::NoStart { .. }) => return Ok(None),
+                other => other?,
+            };
             *calls = calls.plus(fit.calls);
             if fit.stop.converged() {
                 return Ok(Some(Fit { calls: *calls, ..fit }));

@@ -177,7 +177,8 @@ impl Posterior<'_> {
             });
             let structured = self.data().observations().iter().filter_map(|o| o.structured.as_ref());
             let lowest = lowest.chain(structured.flat_map(|s| s.floors(g))).fold(f64::INFINITY, f64::min);
-            let negligible = floated && (2.0 * z[p + k]).exp() < NEGLIGIBLE * lowest;
+            // A noise that acts through columns alone has no floor to be negligible beside.
+            let negligible = floated && lowest.is_finite() && (2.0 * z[p + k]).exp() < NEGLIGIBLE * lowest;
             negligible.then(|| Settled::at(p + k, lowest))
         };
         self.floating().iter().copied().enumerate().filter_map(settled).collect()

@@ -168,6 +168,23 @@ fn coverage_parameters_beside_nuisances() {
     assert!((share[0] - 0.683).abs() < 0.06 && (share[1] - 0.954).abs() < 0.03, "{share:?}");
 }
 
+/// A noise that acts through columns alone has no floor beside which it could be negligible.
+#[test]
+fn behaviour_a_search_beside_a_floated_nuisance_ends_in_a_fit() {
+    let (structured, groups) = structure();
+    let data = Data::new(vec![Observation::new("s", values()).with_structure(structured)], groups).unwrap();
+    let (model, parameters) = (ringing_model(), unknowns());
+    let posterior = Posterior::new(&model, &data, &parameters).unwrap();
+    let mut unfinished = 0;
+    for max_evaluations in 1..30 {
+        let search = TrustRegion { max_evaluations, ..TrustRegion::default() };
+        let fit = posterior.map(&MapOptions { search, start: None }).unwrap();
+        assert!(fit.cost.is_finite() && fit.working.iter().all(|z| z.is_finite()), "{max_evaluations}");
+        unfinished += usize::from(!fit.stop.converged());
+    }
+    assert!(unfinished > 0);
+}
+
 #[test]
 fn message_a_bad_structure_names_its_observation() {
     let bad = |structured: Structured| {
