@@ -4,9 +4,7 @@ use super::bridge::bridge;
 use super::sampler::{Integrated, Sampler, Target};
 use crate::density::Calls;
 use crate::error::InferenceError;
-use nuts_rs::{
-    CpuLogpFunc, CpuMath, CpuMathError, DiagNutsSettings, EvidenceChain, HasDims, LogpError, Settings,
-};
+use nuts_rs::{Chain, CpuLogpFunc, CpuMath, CpuMathError, DiagNutsSettings, HasDims, LogpError, Settings};
 use rand::RngExt;
 use rand_distr::StandardNormal;
 use rijke_numerics::Streams;
