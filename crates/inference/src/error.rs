@@ -152,7 +152,7 @@ pub enum InferenceError {
         parameter: String,
     },
     /// A block of data too large for what needs its covariance as a dense matrix: residuals with
-    /// leave-one-out scores, standard deviations of a regression.
+    /// leave-one-out scores.
     #[error(
         "observation '{observation}' has {size} data; at most {limit} can be treated with a dense covariance"
     )]
@@ -171,14 +171,6 @@ pub enum InferenceError {
         sampler: &'static str,
         /// Why.
         problem: String,
-    },
-    /// A stage that cannot be built on: it has no evidence.
-    #[error("stage '{stage}' has no evidence to carry on: {reason}")]
-    NoStage {
-        /// Its name.
-        stage: String,
-        /// Why.
-        reason: String,
     },
     /// Dense algebra failed.
     #[error(transparent)]

@@ -13,10 +13,7 @@ mod numbers;
 mod problem;
 mod sample;
 
-pub use assessment::{
-    AssessOptions, Assessment, ChainStage, Draws, EvidenceChain, Health, InferenceRecord, ModelCheck,
-    ParameterCheck, ParameterRecord, SimulatedCoverage, Surveyed, assess, survey,
-};
+pub use assessment::{AssessOptions, Assessment, Draws, Health, InferenceRecord, ParameterRecord, assess};
 pub use density::{Calls, Energy, Gaussian, Method, Minimum, Objective, Stop, TrustRegion, minimise};
 pub use error::{ForwardError, InferenceError};
 pub use evidence::{
@@ -29,7 +26,7 @@ pub use maxima::{Apart, Maximum, OtherMaximum, Scan, further_maxima};
 pub use numbers::{chi_squared_sds, normal_cdf, normal_quantile};
 pub use problem::{
     Alias, Coordinates, Correlated, Data, Forward, Kernel, Move, NoiseGroup, NoiseMode, Observation,
-    Parameter, Parameters, Prediction, Prior, Repeat, Structured, complex_columns, relative_noise,
+    Parameter, Parameters, Prediction, Prior, Structured, complex_columns, relative_noise,
 };
 #[cfg(feature = "nuts")]
 pub use sample::Nuts;

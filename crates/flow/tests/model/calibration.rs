@@ -8,7 +8,7 @@ use rijke_flow::assimilate::{
     Batch, Estimate, FilterOptions, FlowRecord, Twin, TwinOptions, Variant, filter, physical, smooth,
 };
 use rijke_flow::{BaseState, Pipe, TubeParameters, UNKNOWNS, unknowns};
-use rijke_inference::ensemble::{RankHistogram, Smoother};
+use rijke_inference::ensemble::Smoother;
 use rijke_inference::normal_cdf;
 use rijke_numerics::Streams;
 use std::io::Write;
@@ -31,9 +31,7 @@ impl Row {
     }
 
     fn rank_p(&self) -> f64 {
-        let mut histogram = RankHistogram::new(10);
-        self.ranks.iter().for_each(|rank| histogram.record(*rank));
-        histogram.p_value()
+        even_probability(&self.ranks)
     }
 
     fn rms_scaled(&self) -> f64 {
@@ -43,6 +41,18 @@ impl Row {
     fn rms(&self) -> f64 {
         (self.errors.iter().map(|e| e * e).sum::<f64>() / self.errors.len() as f64).sqrt()
     }
+}
+
+/// Probability that numbers spread evenly over 0..1 fill ten equal slices of it more unevenly than these
+/// (Wilson & Hilferty 1931: the cube root of a chi-squared over its degrees of freedom is normal to about
+/// 0.002 in probability for 5 or more).
+fn even_probability(ranks: &[f64]) -> f64 {
+    let mut counts = [0.0; 10];
+    ranks.iter().for_each(|rank| counts[((rank * 10.0) as usize).min(9)] += 1.0);
+    let (expected, freedom) = (ranks.len() as f64 / 10.0, 9.0);
+    let chi_squared = counts.iter().map(|c| (c - expected).powi(2) / expected).sum::<f64>();
+    let spread = 2.0 / (9.0 * freedom);
+    normal_cdf(-((chi_squared / freedom).cbrt() - (1.0 - spread)) / spread.sqrt())
 }
 
 /// Errors of one twin: error, sd, posterior sd over prior sd, rank of the truth, per quantity.
@@ -144,6 +154,18 @@ fn assert_calibrated(rows: &[Row]) {
         assert!((0.90..=0.99).contains(&coverage), "{}: coverage {coverage}", row.name);
         assert!(p > 0.01, "{}: rank p {p}", row.name);
     }
+}
+
+#[test]
+fn oracle_chi_squared_table() {
+    let counts = |counts: [u32; 10]| -> Vec<f64> {
+        let slice = |(k, n): (u32, u32)| (0..n).map(move |_| (f64::from(k) + 0.5) / 10.0);
+        (0..).zip(counts).flat_map(slice).collect()
+    };
+    assert!(even_probability(&counts([20; 10])) > 0.99);
+    // 19.679 is exceeded with probability 0.02 at 9 degrees of freedom (Abramowitz & Stegun, table 26.8).
+    let p = even_probability(&counts([20, 20, 20, 20, 20, 20, 20, 20, 6, 34]));
+    assert!((p - 0.0205).abs() < 5e-4, "{p}");
 }
 
 #[test]

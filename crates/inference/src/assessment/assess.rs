@@ -4,7 +4,7 @@
 use super::health::Health;
 use crate::density::{Gaussian, TrustRegion};
 use crate::error::InferenceError;
-use crate::evidence::{Conflict, Evidence, Laplace};
+use crate::evidence::{Evidence, Laplace};
 use crate::fit::{Fit, Posterior};
 use crate::maxima::{Breadth, Maximum, Scan, Sorted, Terrain, explore, further_maxima, sorted};
 use crate::problem::{Data, Forward, Parameters};
@@ -49,8 +49,6 @@ pub struct Assessment {
     pub evidence: Result<Evidence, String>,
     /// All maxima, best first, the first of them that of `fit`.
     pub maxima: Vec<Maximum>,
-    /// How far the posterior lies from the priors; [`Conflict::warnings`] says where it is too far.
-    pub conflict: Conflict,
     /// The checks.
     pub health: Health,
 }
@@ -127,7 +125,7 @@ impl Posterior<'_> {
             (Err(reason), _) => Err(reason.clone()),
             (Ok(laplace), None) => Ok(laplace.evidence),
         };
-        Ok(Assessment { fit, laplace, evidence, maxima, conflict: health.conflict.clone(), health })
+        Ok(Assessment { fit, laplace, evidence, maxima, health })
     }
 
     fn examine(

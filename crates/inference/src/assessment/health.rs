@@ -32,7 +32,7 @@ pub struct Health {
     pub unidentified: Vec<(String, f64)>,
     /// Parameters that sit at a bound.
     pub at_bound: Vec<String>,
-    /// How far the posterior lies from the priors.
+    /// How far the posterior lies from the priors; [`Conflict::warnings`] says where it is too far.
     #[serde(default)]
     pub conflict: Conflict,
     /// Reasons not to trust the evidence, in words with numbers; empty means trusted. They judge the numbers
@@ -49,7 +49,7 @@ const REFUSED: f64 = 5.0;
 
 impl Health {
     /// The counts of a search.
-    pub(crate) fn of_search<F>(found: &Explored<F>) -> Self {
+    pub(crate) fn of_search(found: &Explored) -> Self {
         let mut health =
             Self { starts: found.starts, failed_starts: found.failed, calls: found.calls, ..Self::default() };
         if found.open {

@@ -1,14 +1,11 @@
-//! The factor of one block's covariance, of whichever kind: it gives the block's likelihood, and draws of its
-//! noise.
+//! The factor of one block's covariance, of whichever kind: it gives the block's likelihood.
 
 use super::block::{Block, Likelihood};
 use super::kernelled::KernelFactor;
 use super::woodbury::Woodbury;
 use crate::error::InferenceError;
 use crate::problem::Observation;
-use rand::RngExt;
-use rand_distr::StandardNormal;
-use rijke_numerics::{Cholesky, Order, Stream};
+use rijke_numerics::{Cholesky, Order};
 
 /// The factor of one block's covariance.
 pub(crate) enum Factor {
@@ -31,22 +28,6 @@ impl Factor {
             observation: observation.label.clone(),
             source,
         })
-    }
-
-    /// A draw of the noise of `observation`, whose factor this is.
-    pub(crate) fn draw(&self, observation: &Observation, stream: &mut Stream) -> Vec<f64> {
-        let n = observation.values.len();
-        match (self, &observation.structured) {
-            (Self::Structured(known), Some(structured)) => known.draw(structured, stream),
-            (Self::Dense(factor), _) => {
-                let xi: Vec<f64> = (0..n).map(|_| stream.sample(StandardNormal)).collect();
-                factor.lower().times(&xi)
-            }
-            (Self::Kernelled(known), Some(structured)) => {
-                structured.kernelled.as_ref().map_or_else(|| vec![0.0; n], |k| known.draw(k, stream))
-            }
-            (Self::Structured(_) | Self::Kernelled(_), None) => vec![0.0; n],
-        }
     }
 }
 

@@ -4,9 +4,7 @@
 mod slopes;
 
 use crate::problem::{Kernelled, Structured};
-use rand::RngExt;
-use rand_distr::StandardNormal;
-use rijke_numerics::{Cholesky, DenseError, Matrix, Stream};
+use rijke_numerics::{Cholesky, DenseError, Matrix};
 
 /// B of one part, and what size and length do to it: each part's matrices, shared by parts that are the same.
 struct Part {
@@ -112,21 +110,6 @@ impl KernelFactor {
                 .collect();
             let inner = Matrix::from_fn(along.rows(), x.columns(), |i, j| inner[j][i]);
             out = out.plus(-1.0, &self.solved.large_product(&inner));
-        }
-        out
-    }
-
-    /// A draw of the noise.
-    pub(crate) fn draw(&self, k: &Kernelled, stream: &mut Stream) -> Vec<f64> {
-        let mut normal =
-            |n: usize| -> Vec<f64> { (0..n).map(|_| stream.sample::<f64, _>(StandardNormal)).collect() };
-        let mut out = self.columns.times(&normal(self.columns.columns()));
-        out.resize(self.columns.rows(), 0.0);
-        for (rows, &index) in k.parts.iter().zip(&self.of) {
-            let smooth = self.parts[index].factor.lower().times(&normal(rows.len()));
-            for (&row, s) in rows.iter().zip(smooth) {
-                out[row] += s;
-            }
         }
         out
     }

@@ -2,10 +2,7 @@
 
 use super::block::{Block, Likelihood, add_symmetric};
 use crate::problem::Structured;
-use rand::RngExt;
-use rand_distr::StandardNormal;
-use rijke_numerics::dot;
-use rijke_numerics::{Cholesky, DenseError, Matrix, Order, Stream};
+use rijke_numerics::{Cholesky, DenseError, Matrix, Order, dot};
 use std::f64::consts::PI;
 
 /// C = D + U K U' with its factor M = I + K^1/2 U'D^-1 U K^1/2, which is never singular.
@@ -46,18 +43,6 @@ impl Woodbury {
         let factor = Cholesky::new(&gram.plus(1.0, &Matrix::identity(roots.len())))?;
         let ln_det = diagonal.iter().map(|d| d.ln()).sum::<f64>() + factor.ln_det();
         Ok(Self { diagonal, weights, roots, gram, factor, ln_det })
-    }
-
-    /// A draw of the noise.
-    pub(crate) fn draw(&self, structured: &Structured, stream: &mut Stream) -> Vec<f64> {
-        let coefficients: Vec<f64> =
-            self.roots.iter().map(|r| r * stream.sample::<f64, _>(StandardNormal)).collect();
-        let smooth = structured.columns.times(&coefficients);
-        smooth
-            .iter()
-            .zip(&self.diagonal)
-            .map(|(s, d)| s + d.sqrt() * stream.sample::<f64, _>(StandardNormal))
-            .collect()
     }
 
     /// Coefficients c = M^-1 K^1/2 U'D^-1 X of the columns of X, and what is left: X - U K^1/2 c.
@@ -153,12 +138,11 @@ impl Likelihood<'_> {
             .enumerate()
             .filter_map(|(c, &g)| self.acting(structured, known, (g, p + c), (alpha, &pulled), &mut grams))
             .collect();
-        let sum = |a: &[f64], b: &[f64]| dot(a, b);
         for (k, x) in acting.iter().enumerate() {
-            let diagonal = x.d.as_ref().map_or(0.0, |d| sum(d, &known.weights))
-                - x.t.as_ref().map_or(0.0, |t| sum(t.as_slice(), inverse.as_slice()));
-            let columns = x.a.as_ref().map_or(0.0, |a| sum(a, &share));
-            block.gradient[x.coordinate] += 0.5 * (diagonal + columns - sum(&x.pull, alpha));
+            let diagonal = x.d.as_ref().map_or(0.0, |d| dot(d, &known.weights))
+                - x.t.as_ref().map_or(0.0, |t| dot(t.as_slice(), inverse.as_slice()));
+            let columns = x.a.as_ref().map_or(0.0, |a| dot(a, &share));
+            block.gradient[x.coordinate] += 0.5 * (diagonal + columns - dot(&x.pull, alpha));
             if order < Order::Second {
                 continue;
             }
@@ -173,7 +157,7 @@ impl Likelihood<'_> {
                 let (cy, left_y) = known.split(&structured.columns, &py);
                 let inner: f64 =
                     (0..alpha.len()).map(|i| left[(i, 0)] * known.weights[i] * left_y[(i, 0)]).sum();
-                let force = inner + sum(cx.as_slice(), cy.as_slice());
+                let force = inner + dot(cx.as_slice(), cy.as_slice());
                 let mut second = 0.0;
                 if l == k && x.d.is_some() {
                     // C_gg = 2 diag(d) for a variance.

@@ -24,21 +24,6 @@ pub trait Objective: Sync {
     fn scales(&self) -> Vec<f64> {
         vec![1.0; self.size()]
     }
-
-    /// The point that belongs to as many numbers in 0..1, if the density has a region that is known to hold
-    /// its mass: the inverse of a prior. None: a Gaussian about the first start, with [`Objective::scales`]
-    /// as standard deviations.
-    fn region(&self, shares: &[f64]) -> Option<Vec<f64>> {
-        let _ = shares;
-        None
-    }
-
-    /// Other points at which J is known to be nearly the same as at `z`, all of them within reach of the
-    /// prior.
-    fn aliases(&self, z: &[f64]) -> Vec<Vec<f64>> {
-        let _ = z;
-        Vec::new()
-    }
 }
 
 /// A negative log density and its derivatives at one point.

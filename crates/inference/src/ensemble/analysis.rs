@@ -29,8 +29,6 @@ pub struct Innovation {
     pub expected: Vec<f64>,
     /// values' (HPH' + R)^{-1} values; its expectation is the number of data if the filter is consistent.
     pub chi_squared: f64,
-    /// Trace of (HPH' + R)^{-1} HPH': how many data's worth of information the analysis used.
-    pub degrees_of_freedom: f64,
 }
 
 impl Ensemble {
@@ -96,7 +94,6 @@ impl White {
             values: observed.measured.iter().zip(&mean).map(|(y, m)| y - m).collect(),
             expected,
             chi_squared: self.departure.iter().map(|d| d * d).sum::<f64>() - explained,
-            degrees_of_freedom: gain.eigenvalues.iter().map(|l| l / (1.0 + l)).sum(),
         }
     }
 }

@@ -1,7 +1,6 @@
 //! When not to believe an ensemble.
 
 use super::Innovation;
-use crate::numbers::normal_cdf;
 use rijke_numerics::{DenseError, Matrix, symmetric_eigen};
 
 /// Innovations of a whole run, collected one analysis at a time.
@@ -66,47 +65,4 @@ pub fn effective_rank(covariance: &Matrix) -> Result<f64, DenseError> {
     let (values, _) = symmetric_eigen(&correlation)?;
     let (sum, squares) = values.iter().fold((0.0, 0.0), |(s, q), v| (s + v, q + v * v));
     Ok(if squares > 0.0 { sum * sum / squares } else { 0.0 })
-}
-
-/// Ranks of truths among members, in equal bins: flat if the ensemble is reliable, a U if it is
-/// overconfident.
-#[derive(Clone, Debug, PartialEq)]
-pub struct RankHistogram {
-    /// Counts per bin.
-    pub counts: Vec<usize>,
-}
-
-impl RankHistogram {
-    /// An empty histogram with `bins` bins.
-    #[must_use]
-    pub fn new(bins: usize) -> Self {
-        Self { counts: vec![0; bins] }
-    }
-
-    /// Counts one truth by the fraction of the distribution below it, in [0, 1].
-    pub fn record(&mut self, fraction: f64) {
-        let bins = self.counts.len();
-        let bin = ((fraction * bins as f64).max(0.0) as usize).min(bins.saturating_sub(1));
-        if let Some(count) = self.counts.get_mut(bin) {
-            *count += 1;
-        }
-    }
-
-    /// Pearson's statistic against a flat histogram; chi-squared with bins - 1 degrees of freedom if flat.
-    #[must_use]
-    pub fn statistic(&self) -> f64 {
-        let total: usize = self.counts.iter().sum();
-        let expected = total as f64 / self.counts.len() as f64;
-        self.counts.iter().map(|&c| (c as f64 - expected).powi(2) / expected).sum()
-    }
-
-    /// Probability that a flat histogram gives a larger statistic (Wilson & Hilferty 1931: the cube root of a
-    /// chi-squared over its degrees of freedom is normal to about 0.002 in probability for 5 or more).
-    #[must_use]
-    pub fn p_value(&self) -> f64 {
-        let degrees = self.counts.len() as f64 - 1.0;
-        let spread = 2.0 / (9.0 * degrees);
-        let z = ((self.statistic() / degrees).cbrt() - (1.0 - spread)) / spread.sqrt();
-        1.0 - normal_cdf(z)
-    }
 }

@@ -31,7 +31,7 @@ mod lorenz;
 mod tests;
 
 pub use analysis::{Innovation, Scheme};
-pub use diagnostics::{Diagnostics, RankHistogram, effective_rank};
+pub use diagnostics::{Diagnostics, effective_rank};
 pub use error::EnsembleError;
 pub use forcing::orthogonal_forcing;
 pub use members::{Ensemble, Failure};

@@ -1,6 +1,6 @@
 //! The iterative smoother: one data set assimilated several times with inflated noise.
 
-use super::{Ensemble, EnsembleData, EnsembleError, Innovation, NoiseCovariance, Scheme};
+use super::{Ensemble, EnsembleData, EnsembleError, NoiseCovariance, Scheme};
 use rijke_numerics::{Matrix, Streams};
 
 /// How to smooth.
@@ -15,8 +15,6 @@ pub struct Smoother {
 pub struct Pass {
     /// Factor on the noise.
     pub coefficient: f64,
-    /// Departures before the pass, judged with the inflated noise.
-    pub innovation: Innovation,
     /// Spread of the variables after the pass.
     pub spread: Vec<f64>,
 }
@@ -75,8 +73,8 @@ pub fn smooth<E: std::fmt::Display + Send>(
             NoiseCovariance::Full(c) => NoiseCovariance::Full(c.plus(alpha - 1.0, c)),
         };
         let observed = EnsembleData { predicted: &predicted, measured, noise: &inflated };
-        let innovation = ensemble.analyse(&observed, Scheme::SquareRoot, &mut stream)?;
-        passes.push(Pass { coefficient: alpha, innovation, spread: ensemble.spread() });
+        ensemble.analyse(&observed, Scheme::SquareRoot, &mut stream)?;
+        passes.push(Pass { coefficient: alpha, spread: ensemble.spread() });
     }
     Ok(Smoothed { ensemble, passes })
 }

@@ -186,7 +186,7 @@ fn inverse_of(factor: &Cholesky) -> Matrix {
 /// The posterior mean `xi`, in coordinates in which the prior is standard normal. Before the data it has the
 /// covariance I - K, where K is the posterior's: T = sum of c_k^2/(1 - k), over the eigenvectors of K with
 /// eigenvalues k below 1 - [`LEARNT`].
-pub(crate) fn tension(xi: &[f64], to_xi: &Matrix, covariance: &Matrix) -> Result<Tension, InferenceError> {
+fn tension(xi: &[f64], to_xi: &Matrix, covariance: &Matrix) -> Result<Tension, InferenceError> {
     let n = xi.len();
     if n == 0 {
         return Ok(Tension::default());

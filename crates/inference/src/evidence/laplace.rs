@@ -1,11 +1,10 @@
 //! Laplace's method: the posterior as a Gaussian at its maximum, and the evidence that follows.
 
-use crate::covariance::dense_enough;
 use crate::density::{Method, Objective};
 use crate::error::InferenceError;
 use crate::fit::{Conditional, Fit, Posterior};
 use crate::problem::Parameter;
-use rijke_numerics::{Cholesky, Matrix, Order, least_squares_sd, symmetric_eigen};
+use rijke_numerics::{Cholesky, Matrix, Order, symmetric_eigen};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 
@@ -56,27 +55,11 @@ pub struct Laplace {
     pub bfgs_distance: Option<f64>,
 }
 
-impl Evidence {
-    /// The three logarithms divided by the number of datapoints, as the paper's tables print them.
-    #[must_use]
-    pub fn per_datapoint(&self) -> [f64; 3] {
-        let n = self.datapoints.max(1) as f64;
-        [self.ln_best_fit / n, self.ln_occam / n, self.ln_marginal / n]
-    }
-}
-
 impl Laplace {
     /// Posterior standard deviation of each physical parameter, as [`Parameter::sd_about`] has it.
     #[must_use]
     pub fn sd(&self) -> Vec<f64> {
         self.sds.clone()
-    }
-
-    /// Posterior correlation of two physical parameters.
-    #[must_use]
-    pub fn correlation(&self, i: usize, j: usize) -> f64 {
-        let c = &self.physical_covariance;
-        c[(i, j)] / (c[(i, i)] * c[(j, j)]).sqrt()
     }
 
     /// Size of the second-derivative part of A against its first-derivative part: the largest eigenvalue in
@@ -150,43 +133,10 @@ impl Posterior<'_> {
         })
     }
 
-    /// Standard deviations of the physical parameters from the data alone, by the first derivatives: those of
-    /// classical regression with the noise at its value in `fit`, (F' C^-1 F)^-1.
-    ///
-    /// Keeps twice the digits of an inverted Hessian where the problem is nearly singular.
-    ///
-    /// # Errors
-    /// [`InferenceError::Dense`] if the data do not fix every parameter.
-    pub fn regression_sd(&self, fit: &Fit) -> Result<Vec<f64>, InferenceError> {
-        let (p, sds) = (self.parameters().len(), self.noise_sd(&fit.working));
-        let jacobian = self.predict(&fit.parameters, Order::First)?.jacobian;
-        let mut white = Matrix::zeros(self.data().size(), p);
-        let mut first = 0;
-        for (k, observation) in self.data().observations().iter().enumerate() {
-            dense_enough(&observation.label, observation.values.len())?;
-            let (n, factor) = (observation.values.len(), Cholesky::new(&self.covariance(k, &sds))?);
-            for j in 0..p {
-                let column: Vec<f64> = (0..n).map(|i| jacobian[(first + i, j)]).collect();
-                for (i, w) in factor.whiten(&column).into_iter().enumerate() {
-                    white[(first + i, j)] = w;
-                }
-            }
-            first += n;
-        }
-        Ok(least_squares_sd(&white)?)
-    }
-
     /// The density whose integral is the evidence: the posterior with floated noise held at its value in
     /// `fit`.
     pub(crate) fn target(&self, fit: &Fit) -> Conditional<'_> {
         Conditional::new(self, fit.working.clone(), self.integrated())
-    }
-
-    /// As an [`Objective`]: the density whose integral is the evidence of `fit`, which is what samplers
-    /// integrate. Its coordinates are those of [`Laplace::mean`].
-    #[must_use]
-    pub fn evidence_target(&self, fit: &Fit) -> Box<dyn Objective + '_> {
-        Box::new(self.target(fit))
     }
 
     fn no_laplace(&self, hessian: &Matrix, keep: &[usize]) -> InferenceError {

@@ -12,5 +12,3 @@ pub use conflict::{Conflict, ConflictWarning, LEARNT, Offset, Tension};
 pub use laplace::{Evidence, Laplace};
 pub use predictive::Predicted;
 pub use rank::{Entry, RankedModel, Ranking, probabilities, rank};
-
-pub(crate) use conflict::tension;

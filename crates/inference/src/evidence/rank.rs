@@ -1,6 +1,7 @@
 //! Competing models side by side.
 
 use super::laplace::Evidence;
+use crate::numbers::shares;
 use serde::{Deserialize, Serialize};
 
 /// One model of a comparison.
@@ -40,35 +41,11 @@ pub struct RankedModel {
     pub ln_bayes_factor: Option<f64>,
 }
 
-impl RankedModel {
-    /// "trusted", or why not.
-    #[must_use]
-    pub fn verdict(&self) -> String {
-        match &self.entry.outcome {
-            Err(reason) => reason.clone(),
-            Ok(_) if self.entry.warnings.is_empty() => "trusted".to_owned(),
-            Ok(_) => self.entry.warnings.join("; "),
-        }
-    }
-}
-
-impl Ranking {
-    /// ln of the Bayes factor of row `i` over row `j`, if both have an evidence.
-    #[must_use]
-    pub fn ln_bayes_factor(&self, i: usize, j: usize) -> Option<f64> {
-        let ln = |k: usize| self.models.get(k)?.entry.outcome.as_ref().ok().map(|e| e.ln_marginal);
-        Some(ln(i)? - ln(j)?)
-    }
-}
-
 /// The probability of every model if one of them is right, by the ln of its evidence times its prior weight
 /// (equation 7 of the paper, normalised). Zero for a model without evidence, whose ln is not finite.
 #[must_use]
 pub fn probabilities(ln_evidence: &[f64]) -> Vec<f64> {
-    let best = ln_evidence.iter().copied().filter(|ln| ln.is_finite()).fold(f64::NEG_INFINITY, f64::max);
-    let weight = |ln: &f64| if ln.is_finite() { (ln - best).exp() } else { 0.0 };
-    let sum: f64 = ln_evidence.iter().map(weight).sum();
-    ln_evidence.iter().map(|ln| if ln.is_finite() { weight(ln) / sum } else { 0.0 }).collect()
+    shares(ln_evidence).0
 }
 
 /// Orders models by [their probabilities](probabilities). Ties keep the given order.
@@ -118,8 +95,8 @@ mod tests {
         let names: Vec<&str> = ranking.models.iter().map(|m| m.entry.name.as_str()).collect();
         assert_eq!(names, ["b", "a", "c"]);
         assert!((ranking.models[0].probability.unwrap() - 2.0 / 3.0).abs() < 1e-12);
-        assert!((ranking.ln_bayes_factor(1, 0).unwrap() - 2_f64.ln()).abs() < 1e-12);
-        assert_eq!(ranking.models[2].verdict(), "the model failed everywhere");
+        assert!((ranking.models[1].ln_bayes_factor.unwrap() - 2_f64.ln()).abs() < 1e-12);
+        assert_eq!(ranking.models[2].entry.outcome, Err("the model failed everywhere".into()));
         assert_eq!(ranking.models[2].probability, None);
         assert_eq!(probabilities(&[f64::NEG_INFINITY, f64::NAN]), [0.0, 0.0]);
     }

@@ -66,12 +66,14 @@ impl Posterior<'_> {
     /// The coordinates that an evidence integrates over: the parameters and inferred, but not floated, noise.
     pub(crate) fn integrated(&self) -> Vec<usize> {
         let p = self.parameters().len();
-        let inferred = self
-            .floating()
-            .iter()
-            .enumerate()
-            .filter(|(_, g)| matches!(self.data().groups()[**g].mode, NoiseMode::Inferred { .. }))
-            .map(|(k, _)| p + k);
-        (0..p).chain(inferred).collect()
+        (0..p).chain(self.inferred().map(|(k, ..)| p + k)).collect()
+    }
+
+    /// The inferred among the floating noises: place there, median and ln sd of its prior.
+    pub(crate) fn inferred(&self) -> impl Iterator<Item = (usize, f64, f64)> {
+        self.floating().iter().enumerate().filter_map(|(k, &g)| match self.data().groups()[g].mode {
+            NoiseMode::Inferred { median, ln_sd } => Some((k, median, ln_sd)),
+            _ => None,
+        })
     }
 }

@@ -266,13 +266,11 @@ impl<'a> Posterior<'a> {
 
     /// Adds the priors of inferred noise, whose coordinates start at `first`.
     fn add_prior_of_noise(&self, noise: &[f64], first: usize, parts: &mut Parts) {
-        for (k, &g) in self.floating.iter().enumerate() {
-            if let NoiseMode::Inferred { median, ln_sd } = self.data.groups()[g].mode {
-                let t = (noise[k] - median.ln()) / ln_sd;
-                parts.ln_prior -= 0.5 * t * t + ln_sd.ln() + 0.5 * (2.0 * PI).ln();
-                parts.gradient[first + k] += t / ln_sd;
-                parts.prior[(first + k, first + k)] = 1.0 / (ln_sd * ln_sd);
-            }
+        for (k, median, ln_sd) in self.inferred() {
+            let t = (noise[k] - median.ln()) / ln_sd;
+            parts.ln_prior -= 0.5 * t * t + ln_sd.ln() + 0.5 * (2.0 * PI).ln();
+            parts.gradient[first + k] += t / ln_sd;
+            parts.prior[(first + k, first + k)] = 1.0 / (ln_sd * ln_sd);
         }
     }
 

@@ -61,8 +61,7 @@ impl Linearised {
             both.map(|(a, b)| trace_of_product(a, b)).sum()
         };
         let information = Matrix::from_fn(noises.len(), noises.len(), |g, h| {
-            let once: f64 =
-                (0..p).map(|j| dot(&through[g][j], &self.without_covariance(&through[h][j]))).sum();
+            let once: f64 = (0..p).map(|j| dot(&through[g][j], &self.weighed(&through[h][j]))).sum();
             let prior = if g == h { 0.25 * noises[g].precision } else { 0.0 };
             0.5 * (whole(g, h) - 2.0 * once + trace_of_product(&inner[g], &inner[h])) + prior
         });
@@ -100,11 +99,6 @@ impl Linearised {
             });
         }
         all
-    }
-
-    /// C^-1 v.
-    fn without_covariance(&self, v: &[f64]) -> Vec<f64> {
-        self.blocks.iter().flat_map(|b| b.inverse.times(&v[b.first..b.first + b.inverse.rows()])).collect()
     }
 }
 

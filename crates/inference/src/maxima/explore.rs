@@ -1,45 +1,18 @@
 //! The search for all maxima: from given starts, from the images of what was found, from the best of a sample
 //! of the prior.
 
+use super::terrain::Terrain;
 use crate::density::{Calls, Gaussian, SAME_MODE};
 use crate::error::InferenceError;
-use crate::fit::Approach;
+use crate::evidence::Laplace;
+use crate::fit::{Approach, Fit};
 use rayon::prelude::*;
 
-/// What a search over several starts stands on. A start is a list of numbers in coordinates of the ground's
-/// own; None for its centre.
-pub(crate) trait Ground: Sync {
-    /// The end of a search.
-    type Fit: Send;
-
-    /// Where a search from `start` begins, and J there.
-    fn screen(&self, start: Option<&[f64]>) -> Result<Approach, InferenceError>;
-
-    /// Brings a point within a tenth of a standard deviation of a maximum, or ends at one of the `known`
-    /// ones.
-    fn approach(&self, from: Approach, known: &[Gaussian]) -> Result<Approach, InferenceError>;
-
-    /// Goes the rest of the way.
-    fn finish(&self, near: Approach) -> Result<Self::Fit, InferenceError>;
-
-    /// Laplace's method at the end of a search.
-    fn peak(&self, fit: Self::Fit) -> Peak<Self::Fit>;
-
-    /// The coordinates of a point that an evidence integrates over.
-    fn inner(&self, z: &[f64]) -> Vec<f64>;
-
-    /// Starts at which the model is known to predict nearly the same as at this end of a search, and those to
-    /// which it could not go for its noise.
-    fn images(&self, fit: &Self::Fit) -> Vec<Vec<f64>>;
-
-    /// Starts spread over the prior with its standard deviations taken `width` times, from `count` points of
-    /// a unit cube; none if the prior is improper, or, for a larger width, if nothing lies outside of it.
-    fn spread(&self, count: usize, width: f64) -> Vec<Vec<f64>>;
-}
-
 /// The end of a search with what Laplace's method says there.
-pub(crate) struct Peak<F> {
-    pub(crate) fit: F,
+pub(crate) struct Peak {
+    pub(crate) fit: Fit,
+    /// Laplace's method there, or why it does not apply.
+    pub(crate) laplace: Result<Laplace, String>,
     /// The integrated coordinates.
     pub(crate) z: Vec<f64>,
     pub(crate) cost: f64,
@@ -52,9 +25,9 @@ pub(crate) struct Peak<F> {
 }
 
 /// All that was found.
-pub(crate) struct Explored<F> {
+pub(crate) struct Explored {
     /// The maxima, most evidence first; ends that did not converge come last. At least one.
-    pub(crate) peaks: Vec<Peak<F>>,
+    pub(crate) peaks: Vec<Peak>,
     /// Ends whose likelihood is so low that their evidence cannot matter.
     pub(crate) unpursued: Vec<Approach>,
     pub(crate) starts: usize,
@@ -91,17 +64,18 @@ const PER_PLACE: usize = 3;
 /// starts from a sample of the prior taken so many times wider, where the likelihood is largest.
 const WIDER: f64 = 4.0;
 
-/// Finds the maxima of `ground`: from its centre and the `given` starts, from the images of the best one,
-/// from the best of `breadth.screened` points of the prior in batches of `breadth.random_starts`, for as long
-/// as a batch finds a new one, and half a batch from far outside of the prior.
+/// Finds the maxima of a posterior: from the centre of its prior and the `given` starts, from the images of
+/// the best one, from the best of `breadth.screened` points of the prior in batches of
+/// `breadth.random_starts`, for as long as a batch finds a new one, and half a batch from far outside of the
+/// prior.
 ///
 /// # Errors
 /// Those that are not recoverable, and that of the first start if no start leads anywhere.
-pub(crate) fn explore<G: Ground>(
-    ground: &G,
+pub(crate) fn explore(
+    ground: &Terrain,
     given: &[Vec<f64>],
     breadth: Breadth,
-) -> Result<Explored<G::Fit>, InferenceError> {
+) -> Result<Explored, InferenceError> {
     let starts: Vec<Option<&[f64]>> =
         std::iter::once(None).chain(given.iter().map(|g| Some(g.as_slice()))).collect();
     let mut search = Search::first(ground, &starts)?;
@@ -163,23 +137,22 @@ pub(crate) fn explore<G: Ground>(
     Ok(search.done())
 }
 
-struct Search<'a, G: Ground> {
-    ground: &'a G,
-    found: Explored<G::Fit>,
+struct Search<'a> {
+    ground: &'a Terrain<'a>,
+    found: Explored,
 }
 
-impl<'a, G: Ground> Search<'a, G> {
+impl<'a> Search<'a> {
     /// The fit from the first start that leads anywhere.
-    fn first(ground: &'a G, starts: &[Option<&[f64]>]) -> Result<Self, InferenceError> {
+    fn first(ground: &'a Terrain<'a>, starts: &[Option<&[f64]>]) -> Result<Self, InferenceError> {
         let mut first_error = None;
         for (k, start) in starts.iter().enumerate() {
-            let fit = ground
+            let peak = ground
                 .screen(*start)
                 .and_then(|at| ground.approach(at, &[]))
                 .and_then(|near| ground.finish(near));
-            match fit {
-                Ok(fit) => {
-                    let peak = ground.peak(fit);
+            match peak {
+                Ok(peak) => {
                     let (calls, failed) = (peak.calls, k + usize::from(!peak.converged));
                     let found = Explored {
                         peaks: vec![peak],
@@ -236,7 +209,7 @@ impl<'a, G: Ground> Search<'a, G> {
         ordered.into_iter().map(|(_, a)| Approach { calls: Calls::default(), ..a }).collect()
     }
 
-    fn best(&self) -> &Peak<G::Fit> {
+    fn best(&self) -> &Peak {
         // There is one from the start on.
         self.found.peaks.iter().min_by(|a, b| order(a, b)).unwrap_or(&self.found.peaks[0])
     }
@@ -287,18 +260,15 @@ impl<'a, G: Ground> Search<'a, G> {
                 others.push(end);
             }
         }
-        let fits: Vec<_> = others
-            .into_par_iter()
-            .map(|near| self.ground.finish(near).map(|fit| self.ground.peak(fit)))
-            .collect();
-        for fit in fits {
-            let Ok(peak) = fit else {
+        let peaks: Vec<_> = others.into_par_iter().map(|near| self.ground.finish(near)).collect();
+        for peak in peaks {
+            let Ok(peak) = peak else {
                 self.found.failed += 1;
                 continue;
             };
             self.found.calls = self.found.calls.plus(peak.calls);
             self.found.failed += usize::from(!peak.converged);
-            let seen = |p: &Peak<G::Fit>| {
+            let seen = |p: &Peak| {
                 p.gaussian.as_ref().is_some_and(|g| g.distance(&peak.z) < SAME_MODE)
                     || self.same(&p.z, &peak.z)
             };
@@ -310,7 +280,7 @@ impl<'a, G: Ground> Search<'a, G> {
         new
     }
 
-    fn done(self) -> Explored<G::Fit> {
+    fn done(self) -> Explored {
         let mut found = self.found;
         found.peaks.sort_by(order);
         let metric = found.peaks[0].gaussian.clone();
@@ -329,8 +299,8 @@ fn misfit(at: &Approach) -> f64 {
 }
 
 /// Converged ends first, then those with more evidence, then by J.
-fn order<F>(a: &Peak<F>, b: &Peak<F>) -> std::cmp::Ordering {
-    let ln = |p: &Peak<F>| p.ln_marginal.unwrap_or(f64::NEG_INFINITY);
+fn order(a: &Peak, b: &Peak) -> std::cmp::Ordering {
+    let ln = |p: &Peak| p.ln_marginal.unwrap_or(f64::NEG_INFINITY);
     b.converged.cmp(&a.converged).then(ln(b).total_cmp(&ln(a))).then(a.cost.total_cmp(&b.cost))
 }
 

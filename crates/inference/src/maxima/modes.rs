@@ -1,17 +1,17 @@
 //! The maxima of a posterior side by side: how far below the best each is, and its share of the evidence.
 
 use super::explore::{Explored, MODE_LIMIT, Peak};
-use super::grounds::Fitted;
 use crate::density::Gaussian;
 use crate::evidence::{Evidence, Laplace};
 use crate::fit::Fit;
+use crate::numbers::shares;
 use crate::problem::Parameters;
 use serde::{Deserialize, Serialize};
 
 /// A maximum of the posterior beside the best one.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct OtherMaximum {
-    /// Physical parameters; for an [`crate::Objective`], its coordinates.
+    /// Physical parameters.
     pub parameters: Vec<f64>,
     /// Its Laplace evidence, nats; nothing if its Hessian is not positive definite, or if its likelihood is
     /// too low for its evidence to matter.
@@ -58,14 +58,21 @@ pub struct Maximum {
     pub share: f64,
 }
 
+/// "tau = 0.0093 s (best 0.0031 s)".
+impl std::fmt::Display for Apart {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let unit = if self.unit == "1" { String::new() } else { format!(" {}", self.unit) };
+        write!(f, "{} = {:.4e}{unit} (best {:.4e}{unit})", self.parameter, self.value, self.best)
+    }
+}
+
 /// "another maximum at tau = 0.0093 s (best 0.0031 s), 29.0 nats lower".
 impl std::fmt::Display for OtherMaximum {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str("another maximum at ")?;
-        for (k, a) in self.apart.iter().take(3).enumerate() {
+        for (k, apart) in self.apart.iter().take(3).enumerate() {
             let comma = if k > 0 { ", " } else { "" };
-            let unit = if a.unit == "1" { String::new() } else { format!(" {}", a.unit) };
-            write!(f, "{comma}{} = {:.4e}{unit} (best {:.4e}{unit})", a.parameter, a.value, a.best)?;
+            write!(f, "{comma}{apart}")?;
         }
         write!(f, ", {:.1} nats lower", self.below)
     }
@@ -74,14 +81,6 @@ impl std::fmt::Display for OtherMaximum {
 /// Parameters closer than this to those of the best, in posterior standard deviations, do not tell a maximum
 /// from it.
 const APART: f64 = 3.0;
-
-/// The shares of the maxima with these ln evidences: of their sum, whose logarithm comes second.
-pub(crate) fn shares(ln: &[Option<f64>]) -> (Vec<f64>, f64) {
-    let best = ln.iter().flatten().copied().fold(f64::NEG_INFINITY, f64::max);
-    let weight = |l: &Option<f64>| l.map_or(0.0, |l| (l - best).exp());
-    let total: f64 = ln.iter().map(weight).sum();
-    (ln.iter().map(|l| weight(l) / total.max(f64::MIN_POSITIVE)).collect(), best + total.ln())
-}
 
 /// The parameters whose coordinates differ at `other` and `best`; `sds` are those of the best.
 fn apart(
@@ -119,27 +118,28 @@ pub(crate) struct Sorted {
 }
 
 /// The maxima with their shares, and the evidence summed over them.
-pub(crate) fn sorted(parameters: &Parameters, found: Explored<Fitted>) -> Sorted {
+pub(crate) fn sorted(parameters: &Parameters, found: Explored) -> Sorted {
     // The first may not have converged; a further end that has not is no maximum.
-    let peaks: Vec<Peak<Fitted>> =
+    let peaks: Vec<Peak> =
         found.peaks.into_iter().enumerate().filter(|(k, p)| *k == 0 || p.converged).map(|(_, p)| p).collect();
-    let (shares, total) = shares(&peaks.iter().map(|p| p.ln_marginal).collect::<Vec<_>>());
+    let ln = |p: &Peak| p.ln_marginal.unwrap_or(f64::NEG_INFINITY);
+    let (shares, total) = shares(&peaks.iter().map(ln).collect::<Vec<_>>());
     let (best_ln, best_cost) = (peaks[0].ln_marginal, peaks[0].cost);
     let below = |ln: Option<f64>, cost: f64| match (best_ln, ln) {
         (Some(best), Some(ln)) => best - ln,
         _ => cost - best_cost,
     };
     let p = parameters.len();
-    let best = (peaks[0].fit.0.working[..p].to_vec(), peaks[0].fit.0.parameters.clone());
-    let sds: Vec<f64> = match &peaks[0].fit.1 {
+    let best = (peaks[0].fit.working[..p].to_vec(), peaks[0].fit.parameters.clone());
+    let sds: Vec<f64> = match &peaks[0].laplace {
         Ok(l) => (0..p).map(|i| l.covariance[(i, i)].sqrt()).collect(),
         Err(_) => parameters.scales(),
     };
     let differs = |z: &[f64], a: &[f64]| apart(parameters, (&best.0, &best.1), (z, a), &sds);
     let mut modes: Vec<OtherMaximum> = (1..peaks.len())
         .map(|k| OtherMaximum {
-            apart: differs(&peaks[k].fit.0.working, &peaks[k].fit.0.parameters),
-            parameters: peaks[k].fit.0.parameters.clone(),
+            apart: differs(&peaks[k].fit.working, &peaks[k].fit.parameters),
+            parameters: peaks[k].fit.parameters.clone(),
             ln_marginal: peaks[k].ln_marginal,
             below: below(peaks[k].ln_marginal, peaks[k].cost),
             share: shares[k],
@@ -151,7 +151,7 @@ pub(crate) fn sorted(parameters: &Parameters, found: Explored<Fitted>) -> Sorted
         OtherMaximum { parameters: values, ln_marginal: None, below: u.cost - best_cost, share: 0.0, apart }
     }));
     let several = shares.iter().filter(|s| **s > 0.0).count() > 1;
-    let evidence = peaks[0].fit.1.as_ref().ok().map(|l| match several {
+    let evidence = peaks[0].laplace.as_ref().ok().map(|l| match several {
         false => l.evidence,
         // Equation (9), summed over maxima: what the others add is prior volume that survives the data.
         true => Evidence { ln_occam: total - l.evidence.ln_best_fit, ln_marginal: total, ..l.evidence },
@@ -161,8 +161,8 @@ pub(crate) fn sorted(parameters: &Parameters, found: Explored<Fitted>) -> Sorted
     let maxima = peaks.into_iter().zip(shares).map(|(p, share)| Maximum {
         below: below(p.ln_marginal, p.cost),
         share,
-        fit: p.fit.0,
-        laplace: p.fit.1,
+        fit: p.fit,
+        laplace: p.laplace,
     });
     Sorted { maxima: maxima.collect(), proposal, modes, evidence }
 }
@@ -182,11 +182,7 @@ pub fn further_maxima(modes: &[OtherMaximum]) -> Option<String> {
     heavy.sort_by(|a, b| a.below.total_cmp(&b.below));
     let heaviest = heavy.first()?;
     let place = |m: &&OtherMaximum| {
-        let one = |a: &Apart| {
-            let unit = if a.unit == "1" { String::new() } else { format!(" {}", a.unit) };
-            format!("{} = {:.4e}{unit} (best {:.4e}{unit})", a.parameter, a.value, a.best)
-        };
-        let at: Vec<String> = m.apart.iter().take(2).map(one).collect();
+        let at: Vec<String> = m.apart.iter().take(2).map(ToString::to_string).collect();
         format!("{}, probability {:.2}", at.join(", "), m.share)
     };
     let places: Vec<String> = heavy.iter().take(NAMED).map(place).collect();

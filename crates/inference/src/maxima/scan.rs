@@ -1,7 +1,7 @@
 //! Starts for parameters in which a model nearly repeats itself: each is moved over its prior, and the others
 //! are fitted.
 
-use super::grounds::latin;
+use super::terrain::latin;
 use crate::density::{Calls, Method, TrustRegion, minimise};
 use crate::fit::{Conditional, Posterior};
 use rayon::prelude::*;

@@ -16,8 +16,7 @@ pub trait Forward: Sync {
     /// Other physical parameters at which the model predicts nearly the same as at these, as far as it knows:
     /// a delay one period of its wave earlier and later, a gain of the other sign. One step of each kind is
     /// enough: images of images are looked at, as far as the prior reaches. Searches start there, too.
-    /// Aliases of one parameter alone can be said where it is declared ([`crate::Parameter::repeating`]),
-    /// those by names with [`crate::Parameters::with_alias`].
+    /// Those that names suffice for can be said with [`crate::Parameters::with_alias`].
     fn aliases(&self, parameters: &[f64]) -> Vec<Vec<f64>> {
         let _ = parameters;
         Vec::new()

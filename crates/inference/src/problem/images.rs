@@ -1,7 +1,6 @@
 //! Where a model repeats itself: from one maximum, the places of others.
 
 use super::alias::{Alias, Move};
-use super::parameter::Repeat;
 use super::parameters::Parameters;
 use crate::error::InferenceError;
 
@@ -14,8 +13,7 @@ const MOST: usize = 64;
 const SAME: f64 = 1e-6;
 
 impl Parameters {
-    /// Says where the model repeats itself, so that the other maxima are looked for;
-    /// [`crate::Parameter::repeating`] does so for one value alone.
+    /// Says where the model repeats itself, so that the other maxima are looked for.
     ///
     /// # Errors
     /// [`InferenceError::BadName`] for an unknown name, [`InferenceError::BadAlias`] for a step of zero or no
@@ -28,12 +26,7 @@ impl Parameters {
 
     /// The points that one alias leads to from physical `values`.
     fn neighbours(&self, values: &[f64]) -> Vec<Vec<f64>> {
-        let own = self.list().iter().filter_map(|p| match p.repeats? {
-            Repeat::Period(period) => Some(Alias::period(p.name.clone(), period)),
-            Repeat::Mirror(about) => Some(Alias::mirror(p.name.clone(), about)),
-        });
-        let aliases: Vec<Alias> = own.chain(self.aliases.iter().cloned()).collect();
-        let both = aliases.iter().flat_map(|a| [1.0, -1.0].map(|sign| a.moved(self, values, sign)));
+        let both = self.aliases.iter().flat_map(|a| [1.0, -1.0].map(|sign| a.moved(self, values, sign)));
         both.flatten().collect()
     }
 

@@ -18,18 +18,7 @@ impl Kernel {
     /// Correlation at distance `x`.
     #[must_use]
     pub fn correlation(self, x: f64, length: f64) -> f64 {
-        let x = x.abs() / length;
-        match self {
-            Self::SquaredExponential => (-0.5 * x * x).exp(),
-            Self::Matern52 => {
-                let s = 5_f64.sqrt() * x;
-                (1.0 + s + s * s / 3.0) * (-s).exp()
-            }
-            Self::Matern32 => {
-                let s = 3_f64.sqrt() * x;
-                (1.0 + s) * (-s).exp()
-            }
-        }
+        self.correlation_in_length(x, length)[0]
     }
 
     /// Correlation at distance `x`, and its first two derivatives with respect to ln of the length.
@@ -68,8 +57,7 @@ mod tests {
             for x in [0.0, 0.2, 1.0, 2.7] {
                 let (u, h): (f64, f64) = (0.3, 1e-4);
                 let at = |u: f64| kernel.correlation(x, u.exp());
-                let [value, first, second] = kernel.correlation_in_length(x, u.exp());
-                assert!((value - at(u)).abs() < 1e-15);
+                let [_, first, second] = kernel.correlation_in_length(x, u.exp());
                 assert!((first - (at(u + h) - at(u - h)) / (2.0 * h)).abs() < 1e-7, "{kernel:?} {x}");
                 let bend = (at(u + h) - 2.0 * at(u) + at(u - h)) / (h * h);
                 assert!((second - bend).abs() < 1e-6, "{kernel:?} {x}");

@@ -20,7 +20,7 @@ pub use alias::{Alias, Move};
 pub use data::{Data, NoiseGroup, NoiseMode, Observation, relative_noise};
 pub use forward::{Forward, Prediction};
 pub use misfit::Kernel;
-pub use parameter::{Coordinates, Parameter, Repeat};
+pub use parameter::{Coordinates, Parameter};
 pub use parameters::Parameters;
 pub use prior::Prior;
 pub(crate) use prior::gaussian;

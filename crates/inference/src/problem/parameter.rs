@@ -17,10 +17,6 @@ pub struct Parameter {
     pub prior: Prior,
     /// The coordinate in which the posterior is taken to be Gaussian.
     pub coordinates: Coordinates,
-    /// Where the model repeats itself if this value alone changes, so that a second maximum is looked for
-    /// there.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub repeats: Option<Repeat>,
 }
 
 /// The working coordinate z of a physical value a.
@@ -34,16 +30,6 @@ pub enum Coordinates {
     /// z is the standard normal number at the quantile of a, so that the prior is a standard normal
     /// density: for values with bounds. Where the data say nothing, the posterior is Gaussian exactly.
     Score,
-}
-
-/// How one parameter repeats by itself, said where it is declared.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Repeat {
-    /// Every so many units: a delay with the period 2 pi/omega of its wave.
-    Period(f64),
-    /// Once, on the other side of this value.
-    Mirror(f64),
 }
 
 /// Deviations over which a Gaussian is summed, and nodes on either side.
@@ -65,7 +51,7 @@ impl Parameter {
             Prior::HalfNormal { .. } | Prior::Uniform { .. } | Prior::Truncated { .. } => Coordinates::Score,
         };
         let (name, symbol, unit) = (name.into(), symbol.into(), unit.into());
-        Self { name, symbol, unit, prior, coordinates, repeats: None }
+        Self { name, symbol, unit, prior, coordinates }
     }
 
     /// A complex unknown as two reals, called `name.re` and `name.im`.
@@ -81,18 +67,6 @@ impl Parameter {
     #[must_use]
     pub fn in_coordinates(self, coordinates: Coordinates) -> Self {
         Self { coordinates, ..self }
-    }
-
-    /// The same parameter, of which the model repeats itself every `period`: a delay of a wave.
-    #[must_use]
-    pub fn repeating(self, period: f64) -> Self {
-        Self { repeats: Some(Repeat::Period(period)), ..self }
-    }
-
-    /// The same parameter, of which the model is the same on the other side of `about`.
-    #[must_use]
-    pub fn mirrored(self, about: f64) -> Self {
-        Self { repeats: Some(Repeat::Mirror(about)), ..self }
     }
 
     /// The physical value and its first two derivatives with respect to the working coordinate.
@@ -186,13 +160,8 @@ impl Parameter {
     ///
     /// # Errors
     /// [`InferenceError::BadPrior`], [`InferenceError::PriorScale`] for a number whose square or inverse
-    /// leaves double precision, [`InferenceError::BadAlias`] for a period that is no number or zero.
+    /// leaves double precision.
     pub fn validate(&self) -> Result<(), InferenceError> {
-        if let Some(Repeat::Period(value) | Repeat::Mirror(value)) = self.repeats
-            && !(value.is_finite() && (value != 0.0 || matches!(self.repeats, Some(Repeat::Mirror(_)))))
-        {
-            return Err(InferenceError::BadAlias { parameter: self.name.clone(), value });
-        }
         let problem = self.prior.problem().or_else(|| {
             let (low, high) = self.prior.bounds();
             match self.coordinates {

@@ -2,6 +2,7 @@
 
 use crate::density::{Gaussian, Objective};
 use crate::error::InferenceError;
+use crate::numbers::shares;
 use rand::RngExt;
 use rand_distr::StandardNormal;
 use rayon::prelude::*;
@@ -116,9 +117,7 @@ fn ln_weight(
         let point = chosen.point(&xi);
         let density = |(weight, g): &(f64, Gaussian)| (weight / total).ln() + g.ln_density_at(&point);
         let ln: Vec<f64> = proposal.iter().map(density).collect();
-        let largest = ln.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        let sum = ln.iter().map(|l| (l - largest).exp()).sum::<f64>();
-        (point, largest + sum.ln())
+        (point, shares(&ln).1)
     };
     match objective.evaluate(&point, Order::Value) {
         Ok(energy) => Ok(-energy.value - ln_density),

@@ -5,7 +5,6 @@ use crate::covariance::Factor;
 use crate::density::Objective;
 use crate::error::InferenceError;
 use crate::fit::{Fit, Posterior};
-use crate::problem::NoiseMode;
 use rijke_numerics::Order;
 
 /// The likelihood of a posterior whose floated noise is held at its value in a fit: the same evidence that
@@ -29,15 +28,7 @@ impl<'a> LikelihoodTarget<'a> {
             return Err(InferenceError::Improper { parameter: parameter.name.clone() });
         }
         let p = posterior.parameters().len();
-        let inferred: Vec<_> = posterior
-            .floating()
-            .iter()
-            .enumerate()
-            .filter_map(|(k, &g)| match posterior.data().groups()[g].mode {
-                NoiseMode::Inferred { median, ln_sd } => Some((p + k, median.ln(), ln_sd)),
-                _ => None,
-            })
-            .collect();
+        let inferred: Vec<_> = posterior.inferred().map(|(k, median, sd)| (p + k, median.ln(), sd)).collect();
         let factors = if inferred.is_empty() { Some(posterior.factors(&fit.working)?) } else { None };
         Ok(Self { posterior, whole: fit.working.clone(), inferred, factors })
     }

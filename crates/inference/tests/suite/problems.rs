@@ -1,8 +1,9 @@
 //! Models that the tests share.
 
 use rand::RngExt;
+use rand_distr::StandardNormal;
 use rijke_inference::*;
-use rijke_numerics::{Matrix, Order, Streams};
+use rijke_numerics::{Cholesky, Matrix, Order, Stream, Streams};
 
 /// f = X a.
 pub(crate) struct Linear(pub(crate) Matrix);
@@ -63,6 +64,21 @@ impl Forward for Ringing {
 
 pub(crate) fn normal(name: &str, mean: f64, sd: f64) -> Parameter {
     Parameter::new(name, name, "1", Prior::Normal { mean, sd })
+}
+
+/// Data as the model of a posterior with these working coordinates would give them: prediction plus noise.
+pub(crate) fn simulate(posterior: &Posterior, working: &[f64], stream: &mut Stream) -> Data {
+    let (parameters, data) = (posterior.parameters(), posterior.data());
+    let physical = parameters.physical(&working[..parameters.len()]);
+    let mut predicted = posterior.predict(&physical, Order::Value).unwrap().values.into_iter();
+    let sds = posterior.noise_sd(working);
+    let drawn = data.observations().iter().enumerate().map(|(k, observation)| {
+        let xi: Vec<f64> = observation.values.iter().map(|_| stream.sample(StandardNormal)).collect();
+        let noise = Cholesky::new(&posterior.covariance(k, &sds)).unwrap().lower().times(&xi);
+        let values = noise.into_iter().zip(&mut predicted).map(|(noise, f)| f + noise).collect();
+        Observation { values, ..observation.clone() }
+    });
+    Data::new(drawn.collect(), data.groups().to_vec()).unwrap()
 }
 
 /// Data of [`Ringing`] with every kind of noise: a full floor, a floating group, an inferred group.

@@ -1,10 +1,11 @@
 //! Simulated data: calibration, model check, and files.
 
-use crate::problems::{Ringing, normal, ringing};
+use crate::problems::{Ringing, normal, ringing, simulate};
 use rand::RngExt;
 use rand_distr::StandardNormal;
+use rayon::prelude::*;
 use rijke_inference::*;
-use rijke_numerics::{Cholesky, Matrix, Order, Streams};
+use rijke_numerics::{Cholesky, Matrix, Order, Stream, Streams};
 
 /// The damped oscillation with noise low enough to be near-Gaussian, and proper priors that the truth is
 /// drawn from.
@@ -25,14 +26,48 @@ fn clean() -> (Ringing, Data, Parameters) {
     (model, data, parameters)
 }
 
+/// Fits of as many sets of data, set k with the truth that `truth` makes from a stream of its own: truths
+/// and Laplace's Gaussians.
+fn refits<'a>(
+    posterior: &Posterior<'a>,
+    sets: usize,
+    options: &MapOptions,
+    truth: impl Fn(&mut Stream) -> Vec<f64> + Sync,
+) -> Vec<(Vec<f64>, Laplace)> {
+    let one = |k: usize| {
+        let mut stream = Streams::new(9).stream(&format!("refits/{k}"));
+        let truth = truth(&mut stream);
+        let data = simulate(posterior, &truth, &mut stream);
+        let again = Posterior::new(posterior.forward(), &data, posterior.parameters()).unwrap();
+        let fit = again.map(options).unwrap();
+        assert!(fit.stop.converged(), "set {k}: {}", fit.stop);
+        (truth, again.laplace(&fit).unwrap())
+    };
+    (0..sets).into_par_iter().map(one).collect()
+}
+
+/// Talts et al. 2018: truths drawn from the prior are spread evenly over the quantiles of their posteriors.
 #[test]
 fn oracle_simulation_based_calibration() {
     let (model, data, parameters) = clean();
     let posterior = Posterior::new(&model, &data, &parameters).unwrap();
     let fit = posterior.map(&MapOptions::default()).unwrap();
-    let found = posterior.calibrate(&fit, &MapOptions::default(), 500, Streams::new(9)).unwrap();
-    assert_eq!(found.failed, 0);
-    assert!(found.p_values.iter().all(|p| *p > 0.01), "{found:?}");
+    let (sets, slices) = (500, 20);
+    let found = refits(&posterior, sets, &MapOptions::default(), |stream| {
+        let xi: Vec<f64> = (0..3).map(|_| stream.sample(StandardNormal)).collect();
+        parameters.from_standard_normal(&xi)
+    });
+    for i in 0..3 {
+        let mut counts = vec![0.0; slices];
+        for (truth, laplace) in &found {
+            let quantile = normal_cdf((truth[i] - laplace.mean[i]) / laplace.covariance[(i, i)].sqrt());
+            counts[((quantile * slices as f64) as usize).min(slices - 1)] += 1.0;
+        }
+        let expected = sets as f64 / slices as f64;
+        let chi_squared: f64 = counts.iter().map(|c| (c - expected).powi(2) / expected).sum();
+        // A probability of 1 %.
+        assert!(chi_squared_sds(chi_squared, slices - 1) < 2.58, "{i}: {counts:?}");
+    }
     // The gate can fail: a likelihood that claims half the true noise is seen.
     let groups = vec![NoiseGroup::fixed("noise", "V", 0.015)];
     let proud = Data::new(data.observations().to_vec(), groups).unwrap();
@@ -40,7 +75,7 @@ fn oracle_simulation_based_calibration() {
     let mut outside = 0;
     for k in 0..200 {
         let mut stream = Streams::new(9).stream(&format!("proud/{k}"));
-        let noisy = posterior.simulate(&fit.working, &mut stream).unwrap();
+        let noisy = simulate(&posterior, &fit.working, &mut stream);
         let claimed = Data::new(noisy.observations().to_vec(), proud.data().groups().to_vec()).unwrap();
         let again = Posterior::new(&model, &claimed, &parameters).unwrap();
         let laplace = again.laplace(&again.map(&MapOptions::default()).unwrap()).unwrap();
@@ -54,14 +89,20 @@ fn oracle_model_check_finds_no_bias_and_honest_sds() {
     let (model, data, parameters) = clean();
     let posterior = Posterior::new(&model, &data, &parameters).unwrap();
     let fit = posterior.map(&MapOptions::default()).unwrap();
-    let found = posterior.check(&fit, &MapOptions::bfgs(), 100, Streams::new(4)).unwrap();
-    assert_eq!(found.failed, 0);
-    for row in &found.parameters {
-        assert!(row.bias.abs() < 4.0 * row.bias_error, "{row:?}");
+    let sets = 100;
+    let found = refits(&posterior, sets, &MapOptions::bfgs(), |_| fit.working.clone());
+    let mean = |values: &[f64]| values.iter().sum::<f64>() / sets as f64;
+    for i in 0..3 {
+        let misses: Vec<f64> = found.iter().map(|(_, l)| l.parameters[i] - fit.parameters[i]).collect();
+        let sds: Vec<f64> = found.iter().map(|(_, l)| l.sd()[i]).collect();
+        let bias = mean(&misses);
+        let scatter = mean(&misses.iter().map(|m| (m - bias).powi(2)).collect::<Vec<_>>()).sqrt();
+        assert!(bias.abs() < 4.0 * scatter / (sets as f64).sqrt(), "{i}: {bias} {scatter}");
         // The scatter of estimates that a prior of sd 0.1 also informs is below the stated sd, by little
         // here.
-        assert!((0.75..1.15).contains(&(row.scatter / row.stated_sd)), "{row:?}");
-        assert!(row.within_2_sd >= 0.9 && (0.55..0.85).contains(&row.within_1_sd), "{row:?}");
+        assert!((0.75..1.15).contains(&(scatter / mean(&sds))), "{i}: {scatter} {}", mean(&sds));
+        let within = |n: f64| misses.iter().zip(&sds).filter(|(m, sd)| m.abs() <= n * **sd).count();
+        assert!(within(2.0) >= 90 && (55..85).contains(&within(1.0)), "{i}: {} {}", within(1.0), within(2.0));
     }
 }
 
@@ -71,7 +112,7 @@ fn oracle_leave_one_out_against_refits() {
     let mut stream = Streams::new(5).stream("left out");
     let noisy = Posterior::new(&model, &data, &parameters).unwrap();
     let truth = parameters.working(&[1.3, 0.4, 2.1]);
-    let data = noisy.simulate(&truth, &mut stream).unwrap();
+    let data = simulate(&noisy, &truth, &mut stream);
     let posterior = Posterior::new(&model, &data, &parameters).unwrap();
     let fit = posterior.map(&MapOptions::default()).unwrap();
     let laplace = posterior.laplace(&fit).unwrap();
@@ -99,7 +140,7 @@ fn oracle_leave_one_out_with_floated_noise_against_refits() {
     let noisy = Posterior::new(&model, &data, &parameters).unwrap();
     let truth = parameters.working(&[1.3, 0.4, 2.1]);
     let mut stream = Streams::new(6).stream("left out");
-    let values = noisy.simulate(&truth, &mut stream).unwrap();
+    let values = simulate(&noisy, &truth, &mut stream);
     let data = Data::new(values.observations().to_vec(), floated.groups().to_vec()).unwrap();
     let posterior = Posterior::new(&model, &data, &parameters).unwrap();
     let fit = posterior.map(&MapOptions::default()).unwrap();

@@ -11,44 +11,50 @@ fn data(values: Vec<f64>, sd: f64) -> Data {
     Data::new(vec![observation], vec![NoiseGroup::fixed("noise", "1", sd)]).unwrap()
 }
 
-/// Columns of `all` as a model of those parameters alone.
-fn columns(all: &Matrix, rows: std::ops::Range<usize>, keep: &[usize]) -> Linear {
-    Linear(Matrix::from_fn(rows.len(), keep.len(), |i, j| all[(rows.start + i, keep[j])]))
+/// What the parameters of a stage are in the next one: its posterior stands in the place of their priors.
+fn handed_on(parameters: &Parameters, found: &Assessment) -> Parameters {
+    let names: Vec<&str> = parameters.list().iter().map(|p| p.name.as_str()).collect();
+    let laplace = found.laplace.as_ref().unwrap();
+    let declared = Parameters::new(parameters.list().to_vec()).unwrap();
+    declared.with_physical_joint(&names, &laplace.parameters, &laplace.physical_covariance).unwrap()
+}
+
+fn ln_marginal(found: &Assessment) -> f64 {
+    found.evidence.as_ref().unwrap().ln_marginal
 }
 
 #[test]
 fn oracle_three_stages_against_one_fit_of_all_data() {
-    // Stage 1 knows a, b; stage 2 knows a and c, but not b; stage 3 knows b and c. One fit knows all three.
+    // Stage 1 tells of a, b; stage 2 of a and c; stage 3 of b and c. One fit has the data of all three.
     let mut x = design("stages", 30, 3);
     for i in 0..30 {
         let absent = [2, 1, 0][i / 10];
         x[(i, absent)] = 0.0;
     }
     let y: Vec<f64> = numbers("stages/y", 30).iter().map(|v| 0.5 + v).collect();
-    let list = [normal("a", 0.3, 0.5), normal("b", 0.0, 2.0), normal("c", -1.0, 1.0)];
-    let mut chain = EvidenceChain::default();
-    for (k, keep) in [vec![0, 1], vec![0, 2], vec![2, 1]].into_iter().enumerate() {
-        let rows = 10 * k..10 * k + 10;
-        let model = columns(&x, rows.clone(), &keep);
-        let parameters = chain.parameters(keep.iter().map(|&i| list[i].clone()).collect()).unwrap();
-        let found =
-            assess(&model, &data(y[rows].to_vec(), 0.4), &parameters, &AssessOptions::default()).unwrap();
-        chain = chain.then(&format!("stage {k}"), &parameters, &found).unwrap();
+    let list = vec![normal("a", 0.3, 0.5), normal("b", 0.0, 2.0), normal("c", -1.0, 1.0)];
+    let declared = Parameters::new(list).unwrap();
+    let (mut parameters, mut sum, mut last) = (declared.clone(), 0.0, None);
+    for rows in [0..10, 10..20, 20..30] {
+        let model = Linear(Matrix::from_fn(10, 3, |i, j| x[(rows.start + i, j)]));
+        let data = data(y[rows].to_vec(), 0.4);
+        let found = assess(&model, &data, &parameters, &AssessOptions::default()).unwrap();
+        sum += ln_marginal(&found);
+        parameters = handed_on(&parameters, &found);
+        last = Some(found);
     }
-    let parameters = Parameters::new(list.to_vec()).unwrap();
-    let whole = assess(&Linear(x), &data(y, 0.4), &parameters, &AssessOptions::default()).unwrap();
-    let laplace = whole.laplace.unwrap();
-    assert_relative_eq!(chain.ln_marginal(), laplace.evidence.ln_marginal, max_relative = 1e-12);
-    let (mean, covariance) = chain.known();
+    let (last, whole) =
+        (last.unwrap(), assess(&Linear(x), &data(y, 0.4), &declared, &AssessOptions::default()).unwrap());
+    assert_relative_eq!(sum, ln_marginal(&whole), max_relative = 1e-12);
+    let (found, expected) = (last.laplace.unwrap(), whole.laplace.unwrap());
     for i in 0..3 {
-        assert_abs_diff_eq!(mean[i], laplace.mean[i], epsilon = 1e-10);
+        assert_abs_diff_eq!(found.mean[i], expected.mean[i], epsilon = 1e-10);
         for j in 0..3 {
-            assert_abs_diff_eq!(covariance[(i, j)], laplace.covariance[(i, j)], epsilon = 1e-12);
+            assert_abs_diff_eq!(found.covariance[(i, j)], expected.covariance[(i, j)], epsilon = 1e-12);
         }
     }
-    let (one, all) = (chain.conflict().unwrap(), whole.conflict);
-    assert_relative_eq!(one.declared.chi_squared, all.declared.chi_squared, max_relative = 1e-9);
-    assert_eq!(chain.stages().len(), 3);
+    let (one, all) = (last.health.conflict.declared, whole.health.conflict.declared);
+    assert_relative_eq!(one.chi_squared, all.chi_squared, max_relative = 1e-9);
 }
 
 #[test]
@@ -56,35 +62,30 @@ fn behaviour_a_penalty_of_an_early_stage_stays_in_the_number() {
     // eta is 1 +- 0.5 by its prior, and 3.76 by data: of old, the second stage started from 3.76 as if it had
     // always been known.
     let one = Linear(Matrix::from_fn(20, 1, |_, _| 1.0));
-    let eta = normal("eta", 1.0, 0.5);
     let run = |truth: f64| {
-        let chain = EvidenceChain::default();
-        let parameters = chain.parameters(vec![eta.clone()]).unwrap();
-        let first =
-            assess(&one, &data(vec![truth; 20], 0.01), &parameters, &AssessOptions::default()).unwrap();
-        let chain = chain.then("first", &parameters, &first).unwrap();
-        let parameters = chain.parameters(vec![eta.clone()]).unwrap();
-        let second =
-            assess(&one, &data(vec![truth; 20], 0.01), &parameters, &AssessOptions::default()).unwrap();
-        (chain.then("second", &parameters, &second).unwrap(), second)
+        let parameters = Parameters::new(vec![normal("eta", 1.0, 0.5)]).unwrap();
+        let data = data(vec![truth; 20], 0.01);
+        let first = assess(&one, &data, &parameters, &AssessOptions::default()).unwrap();
+        let parameters = handed_on(&parameters, &first);
+        let second = assess(&one, &data, &parameters, &AssessOptions::default()).unwrap();
+        (ln_marginal(&first) + ln_marginal(&second), second)
     };
-    let ((good, _), (bad, second)) = (run(1.0), run(3.76));
-    let stage = |c: &EvidenceChain| c.stages()[1].evidence.ln_marginal;
+    let ((good_sum, good), (bad_sum, bad)) = (run(1.0), run(3.76));
     // The second stage alone does not see it; the sum does: (2.76/0.5)^2/2 = 15.24 nats.
-    assert_abs_diff_eq!(stage(&good), stage(&bad), epsilon = 1e-3);
-    assert_abs_diff_eq!(good.ln_marginal() - bad.ln_marginal(), 15.235, epsilon = 0.02);
+    assert_abs_diff_eq!(ln_marginal(&good), ln_marginal(&bad), epsilon = 1e-3);
+    assert_abs_diff_eq!(good_sum - bad_sum, 15.235, epsilon = 0.02);
     let expected = 2.76 / 0.5;
-    let offset = &second.conflict.offsets[0];
+    let offset = &bad.health.conflict.offsets[0];
     assert_abs_diff_eq!(offset.sds, expected, epsilon = 1e-3);
     assert!(offset.carried_sds.unwrap().abs() < 0.05);
-    let warnings = second.conflict.warnings();
+    let warnings = bad.health.conflict.warnings();
     assert!(
         matches!(&warnings[0], ConflictWarning::Parameter { parameter, carried: false, .. } if parameter == "eta"),
         "{warnings:?}"
     );
-    let words = second.health.warnings.join("; ");
+    let words = bad.health.warnings.join("; ");
     assert!(words.contains("eta = 3.7600e0 lies +5.5 sd from its prior"), "{words}");
-    assert!(bad.conflict().unwrap().warnings().len() == 2 && good.conflict().unwrap().warnings().is_empty());
+    assert!(warnings.len() == 2 && good.health.conflict.warnings().is_empty());
 }
 
 #[test]
@@ -96,9 +97,9 @@ fn exact_tension_of_a_linear_model_is_that_of_its_evidence() {
         let one = Linear(Matrix::identity(1));
         let found = assess(&one, &data(vec![datum], sd), &parameters, &AssessOptions::default()).unwrap();
         let expected = (datum - 0.5) / (1.0 + sd * sd).sqrt();
-        assert_relative_eq!(found.conflict.declared.sds, expected, max_relative = 1e-9);
+        assert_relative_eq!(found.health.conflict.declared.sds, expected, max_relative = 1e-9);
         let mean = 0.5 + (datum - 0.5) / (1.0 + sd * sd);
-        assert_relative_eq!(found.conflict.offsets[0].sds, mean - 0.5, max_relative = 1e-9);
+        assert_relative_eq!(found.health.conflict.offsets[0].sds, mean - 0.5, max_relative = 1e-9);
     }
 }
 

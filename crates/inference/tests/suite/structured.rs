@@ -1,6 +1,6 @@
 //! Blocks with a diagonal and columns against the same covariance as a dense matrix; nuisances.
 
-use crate::problems::{Linear, Ringing, normal, numbers};
+use crate::problems::{Linear, Ringing, normal, numbers, simulate};
 use approx::{assert_abs_diff_eq, assert_relative_eq};
 use rand::RngExt;
 use rijke_inference::*;
@@ -153,7 +153,7 @@ fn coverage_parameters_beside_nuisances() {
         let mut stream = Streams::new(9).stream(&format!("sets/{k}"));
         let xi: Vec<f64> = (0..3).map(|_| stream.sample::<f64, _>(rand_distr::StandardNormal)).collect();
         let truth = parameters.from_standard_normal(&xi);
-        let drawn = posterior.simulate(&truth, &mut stream).unwrap();
+        let drawn = simulate(&posterior, &truth, &mut stream);
         let again = Posterior::new(&model, &drawn, &parameters).unwrap();
         let fit = again.map(&MapOptions::default()).unwrap();
         let laplace = again.laplace(&fit).unwrap();

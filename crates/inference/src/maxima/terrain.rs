@@ -1,0 +1,119 @@
+//! What a search from several starts stands on: a posterior, and where to start.
+
+use super::explore::Peak;
+use crate::density::{Gaussian, TrustRegion};
+use crate::error::InferenceError;
+use crate::evidence::Laplace;
+use crate::fit::{Approach, Fit, Posterior};
+use crate::numbers::normal_quantile;
+use rand::RngExt;
+use rijke_numerics::Streams;
+
+/// A posterior as the ground of a search. A start is a list of physical parameters; None for the centre of
+/// the prior.
+pub(crate) struct Terrain<'a> {
+    pub(crate) posterior: &'a Posterior<'a>,
+    /// The minimiser of every start.
+    pub(crate) search: TrustRegion,
+    /// Random streams of starts.
+    pub(crate) streams: Streams,
+}
+
+impl Terrain<'_> {
+    /// Where a search from `start` begins, and J there.
+    pub(super) fn screen(&self, start: Option<&[f64]>) -> Result<Approach, InferenceError> {
+        self.posterior.screen(start)
+    }
+
+    /// Brings a point within a tenth of a standard deviation of a maximum, or ends at one of the `known`
+    /// ones.
+    pub(super) fn approach(&self, from: Approach, known: &[Gaussian]) -> Result<Approach, InferenceError> {
+        self.posterior.approach(from, &self.search, known)
+    }
+
+    /// Goes the rest of the way, and asks what Laplace's method says there.
+    pub(super) fn finish(&self, near: Approach) -> Result<Peak, InferenceError> {
+        let fit = self.posterior.finish(near, &self.search)?;
+        let laplace = self.posterior.laplace(&fit).map_err(|e| e.to_string());
+        let touching = |l: &Laplace| Gaussian::from_hessian(&l.mean, fit.cost, &l.hessian).ok();
+        let gaussian = match &laplace {
+            Ok(laplace) => touching(laplace),
+            // Improper priors have maxima, too.
+            Err(_) => self.posterior.laplace_of_likelihood(&fit).ok().as_ref().and_then(touching),
+        };
+        Ok(Peak {
+            z: self.inner(&fit.working),
+            cost: fit.cost,
+            converged: fit.stop.converged(),
+            calls: fit.calls,
+            ln_marginal: laplace.as_ref().ok().map(|l| l.evidence.ln_marginal),
+            gaussian,
+            fit,
+            laplace,
+        })
+    }
+
+    /// The coordinates of a point that an evidence integrates over.
+    pub(super) fn inner(&self, z: &[f64]) -> Vec<f64> {
+        self.posterior.integrated().iter().map(|&i| z[i]).collect()
+    }
+
+    /// Starts at which the model is known to predict nearly the same as at this end of a search, and those to
+    /// which it could not go for its noise.
+    pub(super) fn images(&self, fit: &Fit) -> Vec<Vec<f64>> {
+        let mut all =
+            self.posterior.parameters().images(&fit.parameters, |a| self.posterior.forward().aliases(a));
+        all.extend(self.posterior.with_less_noise(&fit.working));
+        all
+    }
+
+    /// Starts spread over the prior with its standard deviations taken `width` times, from `count` points of
+    /// a unit cube; none if the prior is improper.
+    pub(super) fn spread(&self, count: usize, width: f64) -> Vec<Vec<f64>> {
+        let parameters = self.posterior.parameters();
+        if parameters.improper().is_some() || parameters.is_empty() {
+            return Vec::new();
+        }
+        let cube = latin(count, parameters.len(), self.streams);
+        let physical = |u: Vec<f64>| {
+            let xi: Vec<f64> = u.into_iter().map(|u| width * normal_quantile(u)).collect();
+            parameters.physical(&parameters.from_standard_normal(&xi))
+        };
+        cube.into_iter().map(physical).collect()
+    }
+}
+
+/// A Latin hypercube: `count` points in the unit cube, one in each of `count` slices of every coordinate
+/// (McKay, Beckman & Conover 1979, Technometrics 21, 239). However many coordinates there are, one alone is
+/// spread evenly.
+pub(super) fn latin(count: usize, size: usize, streams: Streams) -> Vec<Vec<f64>> {
+    let mut points = vec![vec![0.0; size]; count];
+    for i in 0..size {
+        let mut stream = streams.stream(&format!("inference/spread/{i}"));
+        let mut slices: Vec<usize> = (0..count).collect();
+        for k in (1..count).rev() {
+            slices.swap(k, stream.random_range(0..=k));
+        }
+        for (point, slice) in points.iter_mut().zip(slices) {
+            point[i] = (slice as f64 + stream.random_range(0.0..1.0)) / count as f64;
+        }
+    }
+    points
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn exact_every_slice_of_every_coordinate_holds_one_point() {
+        for (count, size) in [(32, 1), (17, 5), (8, 40)] {
+            let points = latin(count, size, Streams::new(3));
+            for i in 0..size {
+                let mut slices: Vec<usize> = points.iter().map(|p| (p[i] * count as f64) as usize).collect();
+                slices.sort_unstable();
+                assert_eq!(slices, (0..count).collect::<Vec<_>>());
+            }
+        }
+    }
+}
