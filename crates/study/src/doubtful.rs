@@ -25,6 +25,8 @@ const ROOM: std::ops::RangeInclusive<f64> = 250.0..=330.0;
 const COLD: f64 = 200.0;
 /// 0 degrees Celsius, K.
 const ZERO: f64 = 273.15;
+/// Pressures of rigs, Pa.
+const PRESSURE: [f64; 2] = [5e3, 1e8];
 /// Prandtl numbers and viscosities, Pa s, of gases at room temperature.
 const PRANDTL: [f64; 2] = [0.1, 1.5];
 const VISCOSITY: [f64; 2] = [5e-6, 5e-5];
@@ -153,12 +155,15 @@ impl Study {
     /// What no gas has: its walls would lose by another factor than those of the rig.
     fn no_gas(&self) -> Option<String> {
         let gas = self.rig.gas.at(LAID_OUT, self.rig.pressure);
-        let numbers =
-            [("Prandtl number", gas.prandtl, "", PRANDTL), ("viscosity", gas.viscosity, " Pa s", VISCOSITY)];
+        let numbers = [
+            ("pressure", self.rig.pressure, " Pa", PRESSURE),
+            ("Prandtl number", gas.prandtl, "", PRANDTL),
+            ("viscosity", gas.viscosity, " Pa s", VISCOSITY),
+        ];
         let (what, value, unit, [low, high]) =
             numbers.into_iter().find(|(_, value, _, [low, high])| !(low..=high).contains(&value))?;
         Some(format!(
-            "rig.toml: the {what} of the gas is {}{unit} at 20 degC, and gases have {low} to {high}{unit}: look after the decimal point and the unit",
+            "rig.toml: the {what} of the gas is {}{unit} at 20 degC, and those of rigs have {low} to {high}{unit}: look after the decimal point and the unit",
             rounded(value)
         ))
     }

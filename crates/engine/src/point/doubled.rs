@@ -37,11 +37,16 @@ impl PointModel<'_> {
 
     /// What the rig's file and a candidate both bring at parameters `values` and s = i omega, in sentences.
     pub(crate) fn doubled(&self, values: &[f64], omega: f64) -> Vec<String> {
-        let mut end_of = vec![None; self.laws.len()];
-        self.at_ends().for_each(|(end, law, _)| end_of[law] = Some(end));
+        let values = self.law_values(values, omega);
+        let mut end_of = vec![None; values.len()];
+        for (end, law, _) in self.at_ends() {
+            if let Some(known) = end_of.get_mut(law) {
+                *known = Some(end);
+            }
+        }
         let laws = self.laws.iter().zip(end_of);
         let all: Vec<(&LawAt, Option<usize>, C64)> =
-            laws.zip(self.law_values(values, omega)).map(|((law, end), value)| (law, end, value)).collect();
+            laws.zip(values).map(|((law, end), value)| (law, end, value)).collect();
         let of_rig = |law: &LawAt| self.assembly.candidates()[law.candidate].id == self.assembly.rig.own.id;
         let mut said = Vec::new();
         for (own, end, value) in all.iter().filter(|(law, ..)| of_rig(law)) {

@@ -1,28 +1,11 @@
 //! The search for all maxima: from given starts, from the images of what was found, from the best of a sample
 //! of the prior.
 
-use super::terrain::Terrain;
+use super::terrain::{Peak, Terrain};
 use crate::density::{Calls, Gaussian, SAME_MODE};
 use crate::error::InferenceError;
-use crate::evidence::Laplace;
-use crate::fit::{Approach, Fit};
+use crate::fit::Approach;
 use rayon::prelude::*;
-
-/// The end of a search with what Laplace's method says there.
-pub(crate) struct Peak {
-    pub(crate) fit: Fit,
-    /// Laplace's method there, or why it does not apply.
-    pub(crate) laplace: Result<Laplace, String>,
-    /// The integrated coordinates.
-    pub(crate) z: Vec<f64>,
-    pub(crate) cost: f64,
-    pub(crate) converged: bool,
-    pub(crate) calls: Calls,
-    /// ln of its part of the evidence, if that exists.
-    pub(crate) ln_marginal: Option<f64>,
-    /// The Gaussian that touches it.
-    pub(crate) gaussian: Option<Gaussian>,
-}
 
 /// All that was found.
 pub(crate) struct Explored {

@@ -1,6 +1,7 @@
 //! The maxima of a posterior side by side: how far below the best each is, and its share of the evidence.
 
-use super::explore::{Explored, MODE_LIMIT, Peak};
+use super::explore::{Explored, MODE_LIMIT};
+use super::terrain::Peak;
 use crate::density::Gaussian;
 use crate::evidence::{Evidence, Laplace};
 use crate::fit::Fit;

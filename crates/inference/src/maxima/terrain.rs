@@ -1,7 +1,6 @@
 //! What a search from several starts stands on: a posterior, and where to start.
 
-use super::explore::Peak;
-use crate::density::{Gaussian, TrustRegion};
+use crate::density::{Calls, Gaussian, TrustRegion};
 use crate::error::InferenceError;
 use crate::evidence::Laplace;
 use crate::fit::{Approach, Fit, Posterior};
@@ -99,6 +98,22 @@ pub(super) fn latin(count: usize, size: usize, streams: Streams) -> Vec<Vec<f64>
         }
     }
     points
+}
+
+/// The end of a search with what Laplace's method says there.
+pub(crate) struct Peak {
+    pub(crate) fit: Fit,
+    /// Laplace's method there, or why it does not apply.
+    pub(crate) laplace: Result<Laplace, String>,
+    /// The integrated coordinates.
+    pub(crate) z: Vec<f64>,
+    pub(crate) cost: f64,
+    pub(crate) converged: bool,
+    pub(crate) calls: Calls,
+    /// ln of its part of the evidence, if that exists.
+    pub(crate) ln_marginal: Option<f64>,
+    /// The Gaussian that touches it.
+    pub(crate) gaussian: Option<Gaussian>,
 }
 
 #[cfg(test)]

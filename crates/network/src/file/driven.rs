@@ -103,6 +103,9 @@ impl Built {
         let mut columns: Vec<(String, Vec<C64>)> = names.into_iter().map(|name| (name, Vec::new())).collect();
         for f in frequencies {
             let values = self.driven_at(quantity, places, C64::new(0.0, 2.0 * PI * f))?;
+            if values.iter().any(|z| z.re.is_nan() || z.im.is_nan()) {
+                return Err(DrivenError::Network(NetworkError::NotFinite { s: C64::new(0.0, 2.0 * PI * f) }));
+            }
             for ((_, column), value) in columns.iter_mut().zip(values) {
                 column.push(value);
             }

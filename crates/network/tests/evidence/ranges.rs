@@ -127,9 +127,7 @@ fn message_what_a_flow_does_not_tell_is_refused() {
 #[test]
 fn behaviour_a_baffle_beyond_its_series_is_no_number() {
     let wide = tube("", "diameter = 2.985", "").replace("'unflanged'", "'flanged'");
-    let r = |hz: f64| {
-        let built = read(&wide).unwrap();
-        built.driven(&DrivenQuantity::Port("downstream".into()), &[hz]).unwrap()[1].1[0].norm()
-    };
-    assert!(r(250.0) < 1.0 && r(700.0).is_nan(), "{} {}", r(250.0), r(700.0));
+    let r = |hz: f64| read(&wide).unwrap().driven(&DrivenQuantity::Port("downstream".into()), &[hz]);
+    assert!(r(250.0).unwrap()[1].1[0].norm() < 1.0);
+    assert!(r(700.0).unwrap_err().to_string().contains("not finite"));
 }

@@ -73,7 +73,7 @@ fn exact_good_records_pass_and_clipping_is_told() {
     bytes[end - 3..].copy_from_slice(&[0xff, 0xff, 0x7f]);
     fs::write(&path, bytes).unwrap();
     let text = String::from_utf8(rijke(&folder, &["check", "records"]).stdout).unwrap();
-    assert!(text.contains("clipped: C3-E/ping-1.wav (1 samples)"), "{text}");
+    assert!(text.contains("clipped: C3-E/ping-1.wav (1 sample at full scale)"), "{text}");
 }
 
 /// What is wrong with how a command refuses its input: it must end with 2, say all that it must in one

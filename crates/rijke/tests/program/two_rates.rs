@@ -73,7 +73,7 @@ fn behaviour_pings_at_a_second_rate_have_growth_rate_and_frequency() {
     let heard = |p: &rijke_rig::Ping| p.pressures.iter().filter(|z| z.re.is_finite()).count();
     assert_eq!((heard(&own), heard(&other)), (own.pressures.len(), 1));
     let said =
-        |p: &rijke_signal::Processed| p.notes.iter().any(|n| n.contains("the pings of 1 points (C3-25)"));
+        |p: &rijke_signal::Processed| p.notes.iter().any(|n| n.contains("the pings of 1 point (C3-25)"));
     assert!(said(&halved) && !said(&whole), "{:?}", halved.notes);
 }
 

@@ -9,13 +9,16 @@ pub(super) fn short_id(id: &str) -> Result<(), StudyProblem> {
     const LONGEST: usize = 100;
     const SHOWN: usize = 20;
     let count = id.chars().count();
-    let good = |c: char| c.is_alphanumeric() || c == '-' || c == '_';
-    if (1..=LONGEST).contains(&count) && id.chars().all(good) {
+    let good = |c: char| c.is_alphanumeric() || ['-', '_', '.'].contains(&c);
+    // Files of further models end so.
+    let taken = id.starts_with('.') || id.ends_with(".rival") || id.ends_with(".open");
+    if (1..=LONGEST).contains(&count) && id.chars().all(good) && !taken {
         return Ok(());
     }
     let rest = if count > SHOWN { "..." } else { "" };
     let (key, value) = ("id".to_owned(), id.chars().take(SHOWN).collect::<String>() + rest);
-    let need = "1 to 100 letters, digits, - and _: it is also the name of files";
+    let need =
+        "1 to 100 letters, digits, -, _ and ., and no . at its beginning: it is also the name of files";
     Err(StudyProblem::Value { key, value, need })
 }
 
