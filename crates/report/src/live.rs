@@ -98,8 +98,9 @@ impl LivePage {
     pub fn line(&self, changed: &[String]) -> String {
         let files = match changed {
             [one] => one.clone(),
-            many => format!("{} files", many.len()),
+            many => format!("{} new files", many.len()),
         };
+        let said = if self.said.is_empty() { String::new() } else { format!("; {}", self.said) };
         let leads = |leads: &Leads| match &leads.models[..] {
             [first, second, ..] => Some(format!(
                 "; {}: {} by {:.1} nats",
@@ -110,11 +111,10 @@ impl LivePage {
             _ => None,
         };
         format!(
-            "{files}: {} of {} files, {} points; {}{}",
+            "{files}: {} of {} read, {} operating points{said}{}",
             self.whole,
             self.whole + self.awaited,
             self.points,
-            self.said,
             self.stages.iter().filter_map(leads).collect::<String>()
         )
     }

@@ -99,16 +99,6 @@ pub fn with_points<A: Clone + Into<AskedPoint>>(
         let asked: AskedPoint = asked.clone().into();
         let (given, like) = given_and_like(campaign, among, &asked)?;
         let like = &campaign.points[like];
-        if let Base::States(due) = &study.plan.base
-            && due.points.contains(&like.id)
-        {
-            let what = format!(
-                "the gas at {} is that of its clicks, which `points` of [base.states] names one by one; name the `rows` or the factors \
-                 whose points have such gas, so that it can be foreseen",
-                asked.name()
-            );
-            return Err(failed(campaign, what));
-        }
         let name = asked.name();
         let mut point = Point {
             id: name.clone(),
@@ -138,10 +128,19 @@ pub fn with_points<A: Clone + Into<AskedPoint>>(
         };
         let before = wider.campaign.points.iter().skip(campaign.points.len()).position(|p| p.id == name);
         let there = campaign.points.iter().position(itself);
-        places.push(there.or(before.map(|k| campaign.points.len() + k)).unwrap_or_else(|| {
-            wider.campaign.points.push(point);
-            wider.campaign.points.len() - 1
-        }));
+        if let Some(known) = there.or(before.map(|k| campaign.points.len() + k)) {
+            places.push(known);
+            continue;
+        }
+        if matches!(&study.plan.base, Base::States(due) if due.points.contains(&like.id)) {
+            let what = format!(
+                "the gas at {name} is that of its clicks, and `points` of [base.states] names the points with such gas one by one; name their `rows`, \
+                 or factors that only they have, so that it can be foreseen"
+            );
+            return Err(failed(campaign, what));
+        }
+        places.push(wider.campaign.points.len());
+        wider.campaign.points.push(point);
     }
     Ok((wider, places))
 }

@@ -41,9 +41,15 @@ pub fn tell_foresight(study: &Study, stage: &StageForesight, tell: &dyn Tell) {
     let doubled: BTreeSet<&String> = stage.models.iter().flat_map(|m| &m.doubled).collect();
     doubled.into_iter().for_each(|said| tell.note(format!("warning: {said}")));
     for model in &stage.models {
-        let widths =
-            model.widths.iter().map(|(name, w)| format!("{name} {w:.2}")).collect::<Vec<_>>().join(", ");
-        tell.say(format!("  {}: posterior sd over prior sd: {widths}", model.id));
+        let width = |(name, w): (&String, &f64)| match *w {
+            w if w < 0.01 => format!("{name} {w:.1e}"),
+            w => format!("{name} {w:.2}"),
+        };
+        let widths = model.widths.iter().map(|(name, w)| width((name, w))).collect::<Vec<_>>().join(", ");
+        tell.say(match model.widths.is_empty() {
+            true => format!("  {}: no parameters", model.id),
+            false => format!("  {}: posterior sd over prior sd: {widths}", model.id),
+        });
         for (direction, share) in &model.unidentified {
             tell.say(format!(
                 "    not identified: {direction} keeps {:.0} % of its prior width",

@@ -55,6 +55,10 @@ pub trait Coefficients {
         None
     }
     /// Every pole of every law, so that a count of modes can tell poles from zeros; none unless overridden.
+    ///
+    /// A law with a pole must name it. A weak resonance that is left out hides the mode beside it: the two
+    /// cancel in the count, which then certifies the others. [`NetworkError::UndeclaredPole`] tells of strong
+    /// ones alone.
     fn poles(&self) -> Vec<Pole> {
         Vec::new()
     }
