@@ -91,7 +91,7 @@ fn of_ping(
     let known = LiveRecord::of(record, source.set().rig.microphones.reference);
     let trace = Trace::from(&known.record);
     let own = PingOptions { reference: known.reference, ..processed.ping.clone() };
-    let Ok(found) = fit_majority(&trace, &own) else { return Ok(raw_panels(&trace)) };
+    let Ok(found) = fit_majority(&trace, &own) else { return Ok(raw_panels(&trace, &known.live)) };
     let live: Vec<usize> = found.kept.iter().map(|place| known.live[*place]).collect();
     let channels: Vec<Vec<f64>> = found.kept.iter().map(|place| trace.channels[*place].clone()).collect();
     Ok(ping_panels(&found.fit, &Trace { channels: &channels, ..trace }, &live))
@@ -109,7 +109,7 @@ fn of_click(
     let trace = Trace::from(&record);
     Ok(match picture_click(&trace, &known) {
         Ok(picture) => click_panels(&picture),
-        Err(_) => raw_panels(&trace),
+        Err(_) => raw_panels(&trace, &(0..trace.channels.len()).collect::<Vec<_>>()),
     })
 }
 
@@ -123,7 +123,7 @@ fn ping_panels(fit: &PingFit, trace: &Trace<'_>, live: &[usize]) -> Vec<PlotPane
     let decibels = |points: Vec<[f64; 2]>| -> Vec<[f64; 2]> {
         points.into_iter().map(|[f, d]| [f, 20.0 * d.max(1e-12).log10()]).collect()
     };
-    let label = format!("*p* of microphone {} / Pa", live[picture.channel] + 1);
+    let label = format!("*p* of microphone {} / Pa", live[picture.channel]);
     let (record, fitted) = (early(&picture.record), early(&picture.fit));
     vec![
         PlotPanel {
@@ -165,7 +165,7 @@ fn click_panels(picture: &ClickPicture) -> Vec<PlotPanel> {
     let channels = picture.channels.iter().enumerate();
     let mut curves: Vec<PlotCurve> = channels
         .map(|(m, points)| {
-            PlotCurve::new(&format!("microphone {}", m + 1), Look::Channel(m, count), milliseconds(points))
+            PlotCurve::new(&format!("microphone {m}"), Look::Channel(m, count), milliseconds(points))
         })
         .collect();
     curves.push(PlotCurve::new("impulse", Look::Fit, milliseconds(&picture.impulse)));
@@ -178,8 +178,8 @@ fn click_panels(picture: &ClickPicture) -> Vec<PlotPanel> {
     ]
 }
 
-/// All channels as they are, for a record that could not be fitted.
-fn raw_panels(trace: &Trace<'_>) -> Vec<PlotPanel> {
+/// All channels as they are, which are microphones of these `numbers`, for a record that could not be fitted.
+fn raw_panels(trace: &Trace<'_>, numbers: &[usize]) -> Vec<PlotPanel> {
     let count = trace.channels.len();
     // Largest and smallest of every few samples: the outline, at the resolution of the picture.
     let few = trace.len().div_ceil(500).max(1);
@@ -190,7 +190,7 @@ fn raw_panels(trace: &Trace<'_>) -> Vec<PlotPanel> {
             let low = y.iter().fold(f64::INFINITY, |a, b| a.min(*b));
             [[t, high], [t, low]]
         });
-        PlotCurve::new(&format!("microphone {}", m + 1), Look::Channel(m, count), points.collect())
+        PlotCurve::new(&format!("microphone {}", numbers[m]), Look::Channel(m, count), points.collect())
     };
     vec![PlotPanel::new("*t* / s", "*p* / Pa", trace.channels.iter().enumerate().map(outline).collect())]
 }
@@ -198,7 +198,7 @@ fn raw_panels(trace: &Trace<'_>) -> Vec<PlotPanel> {
 fn delay_panel(what: &str, delays: &ChannelDelays) -> PlotPanel {
     let first = delays.delays.first().copied().unwrap_or(0.0);
     let points: Vec<[f64; 2]> =
-        delays.delays.iter().enumerate().map(|(m, d)| [m as f64 + 1.0, 1e6 * (d - first)]).collect();
+        delays.delays.iter().enumerate().map(|(m, d)| [m as f64, 1e6 * (d - first)]).collect();
     let bars = points.iter().enumerate().map(|(m, [x, y])| {
         let (c, (a, b)) = (&delays.covariance, (0, m));
         let sd = 1e6 * (c[(a, a)] + c[(b, b)] - 2.0 * c[(a, b)]).max(0.0).sqrt();
