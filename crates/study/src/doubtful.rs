@@ -152,18 +152,18 @@ impl Study {
         ))
     }
 
-    /// What no gas has: its walls would lose by another factor than those of the rig.
+    /// A number that the gas of no rig has: walls would lose by another factor than those of the rig.
     fn no_gas(&self) -> Option<String> {
         let gas = self.rig.gas.at(LAID_OUT, self.rig.pressure);
         let numbers = [
             ("pressure", self.rig.pressure, " Pa", PRESSURE),
-            ("Prandtl number", gas.prandtl, "", PRANDTL),
-            ("viscosity", gas.viscosity, " Pa s", VISCOSITY),
+            ("Prandtl number at 20 degC", gas.prandtl, "", PRANDTL),
+            ("viscosity at 20 degC", gas.viscosity, " Pa s", VISCOSITY),
         ];
         let (what, value, unit, [low, high]) =
             numbers.into_iter().find(|(_, value, _, [low, high])| !(low..=high).contains(&value))?;
         Some(format!(
-            "rig.toml: the {what} of the gas is {}{unit} at 20 degC, and those of rigs have {low} to {high}{unit}: look after the decimal point and the unit",
+            "rig.toml: the gas has a {what} of {}{unit}, and in rigs it lies between {low} and {high}{unit}: look after the decimal point and the unit",
             rounded(value)
         ))
     }

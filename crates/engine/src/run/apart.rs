@@ -27,6 +27,8 @@ pub(super) struct Apart<'a> {
     common: Common,
     name: &'a str,
     points: Vec<&'a str>,
+    /// Whether it lies apart in its frequencies, or else in its growth rates.
+    frequencies: bool,
     /// By how much it lies higher than the others: a part of the frequency, or 1/s.
     higher: f64,
     /// The same over its standard error.
@@ -77,6 +79,7 @@ impl Common {
                 common: self,
                 name,
                 points,
+                frequencies,
                 higher,
                 distance,
                 ambient,
@@ -107,10 +110,10 @@ impl Apart<'_> {
 
     /// A sentence without its stop, about numbers called `what`, growth rates as `shown`; for a day with the
     /// change of temperature that would explain it.
-    pub(super) fn said(&self, what: &str, frequencies: bool, shown: impl Fn(f64) -> String) -> String {
-        let Self { common, name, points, higher, ambient, .. } = self;
+    pub(super) fn said(&self, what: &str, shown: impl Fn(f64) -> String) -> String {
+        let Self { common, name, points, frequencies, higher, ambient, .. } = self;
         let group = if *common == Common::Day { "day" } else { "installation" };
-        let by = if frequencies { format!("{:.1} %", 100.0 * higher.abs()) } else { shown(higher.abs()) };
+        let by = if *frequencies { format!("{:.1} %", 100.0 * higher.abs()) } else { shown(higher.abs()) };
         let above = if *higher > 0.0 { "above" } else { "below" };
         let points = match &points[..] {
             [first, second, _, _, _, ..] => format!("{first}, {second}, ..."),

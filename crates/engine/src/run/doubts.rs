@@ -89,7 +89,7 @@ pub(super) fn doubts(
         };
         let outlying = outlying(&there, sd).filter(|found| !of_a_group(found));
         all.extend(outlying.map(|found| found.said(what, shown)));
-        all.extend(apart.iter().map(|group| group.said(what, frequencies, shown)));
+        all.extend(apart.iter().map(|group| group.said(what, shown)));
     }
     all.extend(one_mode_twice(observed, predicted));
     if misfit[2] > SHAPES {

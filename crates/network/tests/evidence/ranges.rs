@@ -16,6 +16,7 @@ fn message_what_is_out_of_range_is_said() {
     let flow = "[flow]\nmach = 0.02\nentropy_waves = false";
     let plate = "[[element]]\ntype = 'orifice'\ndiameter = 0.03\nthickness = 0.002\n";
     for (head, duct, element, said) in [
+        ("[gas]\nprandtl = 7.07", "diameter = 0.1", "", "prandtl is 7.07, and gases have 0.1 to 1.5"),
         (
             "",
             "area = 7.0",
@@ -83,8 +84,8 @@ fn message_what_is_out_of_range_is_said() {
     assert!(read(&quiet).unwrap().warnings.is_empty(), "{:?}", read(&quiet).unwrap().warnings);
 }
 
-/// Where gas is drawn in from rest, R = -(1 - M)/(1 + M): with it a tube that blows its gas out loses energy
-/// at both ends, by sigma = -(c/L) ln((1 + M)/(1 - M))/(1 - M^2)... half of it at each.
+/// Where gas is drawn in from rest, R = -(1 - M)/(1 + M). A uniform tube that is open at both ends then loses
+/// by sigma = c (1 - M^2) ln((1 - M)/(1 + M))/(2 L).
 #[test]
 fn exact_a_mouth_that_draws_gas_in_is_said_and_its_remedy_keeps_total_pressure() {
     let flow = "[flow]\nmach = 0.05\nentropy_waves = false";

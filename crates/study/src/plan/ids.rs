@@ -17,8 +17,7 @@ pub(super) fn short_id(id: &str) -> Result<(), StudyProblem> {
     }
     let rest = if count > SHOWN { "..." } else { "" };
     let (key, value) = ("id".to_owned(), id.chars().take(SHOWN).collect::<String>() + rest);
-    let need =
-        "1 to 100 letters, digits, -, _ and ., and no . at its beginning: it is also the name of files";
+    let need = "1 to 100 letters, digits, -, _ or ., with no . in front, and not ending in .rival or .open: it is also the name of files";
     Err(StudyProblem::Value { key, value, need })
 }
 
