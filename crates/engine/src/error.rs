@@ -1,9 +1,10 @@
 //! What can go wrong between a study and its numbers.
 
-use rijke_inference::{InferenceError, Stop};
+use rijke_inference::{ForwardError, InferenceError, Stop};
 use rijke_network::NetworkError;
 use rijke_numerics::DenseError;
-use rijke_study::StudyError;
+use rijke_study::plan::Selection;
+use rijke_study::{Study, StudyError};
 
 /// Why a model cannot be built, trained or asked.
 #[derive(Debug, thiserror::Error)]
@@ -215,6 +216,12 @@ pub enum EngineError {
         /// How many were given.
         found: usize,
     },
+    /// The selection of a stage means no point.
+    #[error("stage `{stage}` selects no operating point of the campaign; correct its `points`")]
+    NothingSelected {
+        /// The stage.
+        stage: String,
+    },
     /// No point of a stage was observed.
     #[error(
         "stage `{stage}`: none of its points was observed; observe some, correct its `points`, or stop before it with `rijke rank --until`"
@@ -307,6 +314,13 @@ pub enum EngineError {
 }
 
 impl EngineError {
+    /// Why a stage has nothing to train on.
+    pub(crate) fn no_point(study: &Study, stage: &str, points: &Selection) -> Self {
+        let stage = stage.to_owned();
+        let none = points.places(&study.campaign).is_empty();
+        if none { Self::NothingSelected { stage } } else { Self::NoPoint { stage } }
+    }
+
     /// The operating point at which it arose, where it has one.
     #[must_use]
     pub fn point(&self) -> Option<&str> {
@@ -338,5 +352,12 @@ impl EngineError {
             Self::Impossible { .. } => true,
             _ => false,
         }
+    }
+}
+
+/// A search goes on at other values of the parameters where the fault is one of these values.
+impl From<EngineError> for ForwardError {
+    fn from(error: EngineError) -> Self {
+        if error.is_recoverable() { Self::recoverable(error) } else { Self::fatal(error) }
     }
 }

@@ -186,22 +186,22 @@ pub(crate) fn varying(noise: &[NoiseEstimate]) -> impl Iterator<Item = (&str, f6
     named.filter_map(|n| n.name.strip_suffix(BETWEEN).map(|name| (name, n.sd)))
 }
 
-/// Root mean square of the measured standard deviations of growth rate (0) or frequency (1).
+/// Root mean square of the measured standard deviations of growth rate (0), angular frequency (1) or relative
+/// pressures (2): of these over real and imaginary parts of all microphones but the reference.
 pub(crate) fn measured_sd(points: &[Observed], k: usize) -> f64 {
     let variance = |o: &Observed| {
         let rows = o.used(&[], usize::MAX).rows;
         rows.iter().position(|row| *row == k).map(|i| o.mode.covariance[(i, i)])
     };
+    // That of the reference is zero, and is no measurement.
+    let pressures = |o: &Observed| {
+        let n = o.mode.covariance.rows();
+        let of = (n - 2 * o.mode.pressures.len()..n).map(|i| o.mode.covariance[(i, i)]);
+        of.filter(|v| *v > 0.0).collect::<Vec<_>>()
+    };
     let all: Vec<f64> = match k {
         0 | 1 => points.iter().filter_map(variance).collect(),
-        _ => points
-            .iter()
-            .filter_map(|o| {
-                let n = o.mode.covariance.rows();
-                let first = n - 2 * o.mode.pressures.len();
-                (first < n).then(|| o.mode.covariance[(first, first)])
-            })
-            .collect(),
+        _ => points.iter().flat_map(pressures).collect(),
     };
     (all.iter().sum::<f64>() / all.len().max(1) as f64).sqrt()
 }

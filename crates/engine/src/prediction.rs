@@ -1,13 +1,13 @@
 //! Predictions of a trained model with their uncertainty, at any operating point.
 
-use crate::errors::{Changes, Common, LawErrors, changes};
+use crate::errors::{Changes, Common, LawErrors, changes, changes_by_factors};
 use crate::noise::{LawError, Misfit};
 use crate::point::parts;
 use crate::{Assembly, Conditions, EngineError, NamedGaussian, PointModel, Trained};
 use rijke_inference::NoiseEstimate;
 use rijke_network::Workspace;
 use rijke_numerics::{C64, Matrix, Order};
-use rijke_study::PointState;
+use rijke_study::{Cause, PointState};
 
 /// What a trained model predicts at one operating point.
 #[derive(Clone, Debug, PartialEq)]
@@ -17,7 +17,7 @@ pub struct PointPrediction {
     /// Covariance that the parameters cause, to first order; with it that of the errors of the base state of
     /// which the training knows.
     pub parameters: Matrix,
-    /// Covariance that the other errors of the base state cause.
+    /// Covariance that the other errors of the base state and of factors cause.
     pub base: Matrix,
     /// Covariance that an error of a law causes of which the training knows nothing.
     pub law: Matrix,
@@ -40,7 +40,7 @@ pub(crate) struct Linear {
     /// Places in what is known, of parameters and of errors that the training found, and the derivative in
     /// each.
     pub(crate) along: Vec<(usize, Vec<f64>)>,
-    /// The change per standard deviation of every other error of the base state.
+    /// The change per standard deviation of every other error of the base state and of factors.
     pub(crate) base: Changes,
     /// Likewise of an error of a law of which the training knows nothing.
     pub(crate) law: Changes,
@@ -86,10 +86,17 @@ impl TrainedPosterior {
         self.predict_from(&known, assembly, conditions, microphones, near, law)
     }
 
+    /// The most probable error of a cause in its standard deviations, and the standard deviation of it; none
+    /// if the training did not infer it.
+    pub(crate) fn error_of(&self, cause: &Cause) -> Option<[f64; 2]> {
+        self.common.as_ref()?.error(cause, &self.gaussian)
+    }
+
     /// A base state with the errors that points share at their most probable values.
     pub(crate) fn as_inferred(&self, base: &PointState) -> PointState {
         let Some(common) = &self.common else { return base.clone() };
-        let sds: Vec<f64> = base.errors.iter().map(|e| common.mean(&e.cause, &self.gaussian)).collect();
+        let mean = |cause| common.error(cause, &self.gaussian).map_or(0.0, |[mean, _]| mean);
+        let sds: Vec<f64> = base.errors.iter().map(|e| mean(&e.cause)).collect();
         base.displaced(&sds)
     }
 
@@ -149,6 +156,7 @@ impl TrainedPosterior {
         let size = values.len();
         let s = response.s.value();
         let mut changes = changes(assembly, conditions, s, microphones, &at, Some(&values))?;
+        changes.extend(changes_by_factors(assembly, conditions, s, microphones, &at)?);
         let mut unseen = Changes::new();
         if let Some(error) = law
             && let Some(errors) = LawErrors::of(assembly, error)?

@@ -47,9 +47,7 @@ impl<'a> Predictor<'a> {
 
 impl Forward for Predictor<'_> {
     fn predict(&self, parameters: &[f64], order: Order) -> Result<Prediction, ForwardError> {
-        let responses = self.respond(parameters, order).map_err(|error| {
-            if error.is_recoverable() { ForwardError::recoverable(error) } else { ForwardError::fatal(error) }
-        })?;
+        let responses = self.respond(parameters, order)?;
         let complex: Vec<&Jet> =
             self.points.iter().zip(&responses).flat_map(|(point, r)| point.numbers(r)).collect();
         let values = parts(complex.iter().map(|z| z.value()));

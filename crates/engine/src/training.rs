@@ -289,7 +289,8 @@ impl Fitting<'_> {
                 elsewhere.extend(others.map(|m| (odds(m.share), m.fit.parameters[..own].to_vec())));
                 let mut health = found.health;
                 if !checks.scans.is_empty() {
-                    let near = health.other_modes.iter().filter(|other| other.below < NAMED.1);
+                    let near =
+                        health.other_modes.iter().filter(|other| other.below < NAMED.1 && !other.is_heavy());
                     health.warnings.extend(near.take(NAMED.0).map(ToString::to_string));
                 }
                 (found.fit, found.laplace.ok(), found.evidence.ok(), health.warnings, health.sampler)

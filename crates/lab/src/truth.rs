@@ -1,6 +1,7 @@
 //! The truth of the virtual laboratory: every value that its physics and its instruments use, each with a
 //! source in `crates/lab/data/truth.toml`. None of them is written into records.
 
+use rijke_numerics::words::of_toml;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 use thiserror::Error;
@@ -312,7 +313,7 @@ impl Truth {
         let truth: Self = toml::from_str(text).map_err(|error| LabError::Truth {
             path: path.to_owned(),
             line: 1 + error.span().map_or(0, |span| text[..span.start].matches('\n').count()),
-            message: error.message().to_owned(),
+            message: of_toml(error.message()),
         })?;
         truth.validate()?;
         Ok(truth)
@@ -368,7 +369,7 @@ mod tests {
             assert!(text.contains(old), "{old}");
             Truth::parse(&text.replacen(old, new, 1), Path::new("t")).unwrap_err().to_string()
         };
-        assert!(message("gain_sd", "gian_sd").contains("unknown field `gian_sd`, expected"));
+        assert!(message("gain_sd", "gian_sd").contains("there is no key `gian_sd`; did you mean `gain_sd`?"));
         assert!(message("mean_k = 29", "mean_k = -29").contains("ambient.mean_k = -29"));
     }
 }

@@ -28,6 +28,16 @@ pub fn counted(count: usize, one: &str) -> String {
     format!("{count} {one}{}", if count == 1 { "" } else { "s" })
 }
 
+/// The first `most` of several names, and how many more there are: `a, b and 3 more`.
+#[must_use]
+pub fn few<T: AsRef<str>>(names: &[T], most: usize) -> String {
+    let shown = names.iter().take(most).map(AsRef::as_ref).collect::<Vec<_>>().join(", ");
+    match names.len().saturating_sub(most) {
+        0 => shown,
+        more => format!("{shown} and {more} more"),
+    }
+}
+
 /// Three digits.
 #[must_use]
 pub fn rounded(value: f64) -> String {
@@ -48,6 +58,46 @@ pub fn fixed(value: f64, places: usize) -> String {
     if text.bytes().all(|b| b"-0.".contains(&b)) { text.trim_start_matches('-').to_owned() } else { text }
 }
 
+/// The known word within two edits of `name` (one for short names), upper and lower case alike, if any.
+#[must_use]
+pub fn nearest<'a>(name: &str, known: &[&'a str]) -> Option<&'a str> {
+    let allowed = if name.chars().count() > 3 { 2 } else { 1 };
+    let distance = |word: &str| strsim::levenshtein(&name.to_lowercase(), &word.to_lowercase());
+    let (distance, best) = known.iter().map(|k| (distance(k), *k)).min_by_key(|(d, _)| *d)?;
+    (distance <= allowed).then_some(best)
+}
+
+/// What a reader of TOML says, in words of the file: keys and values, the nearest known one, and all known
+/// ones.
+#[must_use]
+pub fn of_toml(message: &str) -> String {
+    let message = message.trim().replace('\n', " ");
+    let quoted: Vec<&str> = message.split('`').skip(1).step_by(2).collect();
+    let known = |name: &str| {
+        let meant = nearest(name, &quoted[1..]).map_or(String::new(), |s| format!("; did you mean `{s}`?"));
+        let all = quoted[1..].join(", ");
+        match (all.is_empty(), meant.is_empty()) {
+            (true, _) => String::new(),
+            (false, true) => format!("; known here: {all}"),
+            (false, false) => format!("{meant} Known here: {all}"),
+        }
+    };
+    match quoted.first() {
+        Some(name) if message.starts_with("unknown field `") => {
+            format!("there is no key `{name}`{}", known(name))
+        }
+        Some(name) if message.starts_with("unknown variant `") => {
+            format!("`{name}` is not known{}", known(name))
+        }
+        Some(name) if message.starts_with("missing field `") => format!("the key `{name}` is missing"),
+        // A number without a digit before its point.
+        _ if ["invalid mantissa", "invalid fraction"].iter().any(|said| message.contains(said)) => {
+            format!("{message}: a number has a digit on both sides of its point, as 0.3 and 3.0")
+        }
+        _ => message,
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -63,5 +113,25 @@ mod tests {
         assert_eq!(fixed, ["0.000", "-0.001", "0.000", "12.000"]);
         let rounded = [0.0, 0.102, 1.557, 123.4, 5.42e-5, 3.5e-10].map(rounded);
         assert_eq!(rounded, ["0", "0.102", "1.56", "123", "5.42e-5", "3.50e-10"]);
+        let said = [
+            "unknown field `diamter`, expected one of `length`, `diameter`",
+            "unknown field `colour`, expected `length` or `diameter`",
+            "unknown variant `horn`, expected `duct`",
+            "missing field `cite`",
+            "invalid basic string",
+        ]
+        .map(of_toml);
+        assert_eq!(
+            said,
+            [
+                "there is no key `diamter`; did you mean `diameter`? Known here: length, diameter",
+                "there is no key `colour`; known here: length, diameter",
+                "`horn` is not known; known here: duct",
+                "the key `cite` is missing",
+                "invalid basic string"
+            ]
+        );
+        let few = [2, 3].map(|most| few(&["a", "b", "c"], most));
+        assert_eq!(few, ["a, b and 1 more", "a, b, c"]);
     }
 }

@@ -2,6 +2,7 @@
 
 use crate::error::RigError;
 use crate::problem::Problem;
+use rijke_numerics::words::of_toml;
 use rijke_numerics::{Classify, Failed};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -29,7 +30,7 @@ pub fn parse_toml<T: DeserializeOwned>(text: &str, path: &Path) -> Result<T, Rig
             path: path.to_owned(),
             line: 1 + before.matches('\n').count(),
             column: 1 + before.rsplit('\n').next().map_or(0, |line| line.chars().count()),
-            message: error.message().trim().replace('\n', " "),
+            message: of_toml(error.message()),
         }
     })
 }

@@ -31,7 +31,7 @@ pub(crate) struct Args {
     names: bool,
     /// Noise of one operating point, model error included: growth rate (1/s), angular frequency (rad/s),
     /// relative pressure.
-    #[arg(long, value_name = "SD", num_args = 3, default_values_t = NOISE_SD, value_parser = number::positive)]
+    #[arg(long, value_names = ["GROWTH", "OMEGA", "PRESSURE"], num_args = 3, default_values_t = NOISE_SD, value_parser = number::positive)]
     sd: Vec<f64>,
 }
 

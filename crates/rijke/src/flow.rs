@@ -28,7 +28,7 @@ pub(crate) struct Args {
     #[arg(required_unless_present = "twin")]
     dir: Option<PathBuf>,
     /// Folder to write.
-    #[arg(long, value_name = "OUT")]
+    #[arg(long, value_name = "DIR")]
     out: PathBuf,
     /// How to assimilate samples over time. `batch` has the best error bars. `paper` is the filter of Juniper
     /// & Yoko (2022); its error bars are too small by a factor of twenty or more.
@@ -108,7 +108,7 @@ fn infer(
 
 fn read_closures(path: &Path) -> Result<Closures, Failed> {
     let text = rijke_numerics::read_text(path).or_bad_input().map_err(|f| f.at(path))?;
-    toml::from_str(&text).or_bad_input().map_err(|f| f.at(path))
+    rijke_rig::files::parse_toml(&text, path).or_bad_input()
 }
 
 /// Writes a virtual record.

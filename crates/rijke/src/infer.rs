@@ -28,7 +28,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "CSV")]
     data: PathBuf,
     /// Write the file with the most evidence, its unknowns at their most probable values (factors as in the
-    /// row with the highest growth rate).
+    /// row whose mode grows most by the model).
     #[arg(long, value_name = "FILE")]
     fitted: Option<PathBuf>,
     /// Write the file with the most evidence and the data as the folder of a study.

@@ -124,7 +124,7 @@ fn print(ui: &Ui, found: &Next, about: Option<&str>) {
     }
     if let Some(entropy) = found.entropy {
         ui.say(format!(
-            "{} models are open. To know which is right is worth {entropy:.3} nats; column `which` says how much of that a point tells",
+            "{} models are open. To know which is right is worth {entropy:.3} nats; column `which model` says how much of that a point tells",
             found.models.len()
         ));
     }
@@ -136,8 +136,11 @@ fn print(ui: &Ui, found: &Next, about: Option<&str>) {
         let point = format!("{}{}", s.point, if s.repeat { " (repeat)" } else { "" });
         [parameters, first, second, number(s.which), number(s.quantity), nats, hours(s.hours), point]
     };
-    let head = ["parameters", "first", "second", "which", "quantity", "nats", "h", "point"];
-    ui.table(head, found.points.iter().take(SHOWN).map(row));
+    let head = ["parameters", "first right", "second right", "which model", "asked", "aim", "hours", "point"];
+    let rows: Vec<_> = found.points.iter().take(SHOWN).map(row).collect();
+    let filled: Vec<usize> = (0..head.len()).filter(|k| rows.iter().any(|r| !r[*k].is_empty())).collect();
+    let rows = rows.into_iter().map(|row| filled.iter().map(move |k| row[*k].clone()).collect::<Vec<_>>());
+    ui.table(filled.iter().map(|k| head[*k]), rows);
     if found.points.len() > SHOWN {
         ui.say(format!("  and {} more", found.points.len() - SHOWN));
     }
@@ -150,7 +153,7 @@ fn print(ui: &Ui, found: &Next, about: Option<&str>) {
         ui.say("No measurement at these points tells the models apart: they foresee the same");
     }
     let row = |step: &Step| [fixed(step.adds, 3), hours(step.hours), step.point.clone()];
-    ui.table(["adds, nats", "h", "point"], found.plan.iter().map(row));
+    ui.table(["adds, nats", "hours", "point"], found.plan.iter().map(row));
     if let Some(of) = found.factor.filter(|_| found.aim == Aim::Models) {
         let [first, second] = of.map(|[mean, sd]| format!("{mean:.1} +- {sd:.1}"));
         ui.say(format!("ln of the Bayes factor by the plan: {first} if the first model is right, {second} if the second is"));

@@ -1,6 +1,7 @@
 //! `rijke response`: what a network answers when it is driven at given frequencies.
 
 use crate::{figure, number, ui::Ui};
+use rijke_engine::folder::frequencies as asked_frequencies;
 use rijke_network::file::{Built, DrivenQuantity as Quantity, read};
 use rijke_numerics::{C64, Classify, Failed};
 use rijke_report::{ResponseCurve, ResponseFigure};
@@ -33,9 +34,9 @@ pub(crate) struct Args {
     /// Distance of the frequencies, Hz [default: a hundredth of the range].
     #[arg(long, value_name = "F", value_parser = number::positive)]
     step_hz: Option<f64>,
-    /// These frequencies instead, Hz.
-    #[arg(long, value_name = "F", num_args = 1.., conflicts_with_all = ["min_hz", "max_hz", "step_hz"], value_parser = number::positive)]
-    at_hz: Vec<f64>,
+    /// These frequencies instead, Hz, each a number or from:to:step.
+    #[arg(long, value_name = "F", num_args = 1.., conflicts_with_all = ["min_hz", "max_hz", "step_hz"])]
+    at_hz: Vec<String>,
     /// Impedance and reflection of what lies downstream of this place, seen from just before it.
     #[arg(long, value_name = "PLACE")]
     port: Option<String>,
@@ -142,7 +143,12 @@ fn wanted(args: &Args) -> Vec<Quantity> {
 
 fn frequencies(args: &Args, highest: f64) -> Result<Vec<f64>, Failed> {
     if !args.at_hz.is_empty() {
-        return Ok(args.at_hz.clone());
+        return Ok(args
+            .at_hz
+            .iter()
+            .map(|text| asked_frequencies(text))
+            .collect::<Result<Vec<_>, _>>()?
+            .concat());
     }
     let (low, high) = (args.min_hz, args.max_hz.unwrap_or(highest));
     let step = args.step_hz.unwrap_or((high - low) / 100.0);

@@ -1,8 +1,9 @@
 //! `rijke run`: a study from its files to its page.
 
 use crate::{flow, process, rank, trust::Trust, ui::Ui};
-use rijke_engine::folder::{few, is_measured, open_study};
+use rijke_engine::folder::{FILES_NAMED, is_measured, open_study};
 use rijke_intake::flow_is_due;
+use rijke_numerics::words::few;
 use rijke_numerics::{Failed, Lock};
 use rijke_report::draw_study;
 use rijke_study::{Study, changed_records, changed_study};
@@ -40,7 +41,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failed> {
         let changed = changed_study(dir);
         let of = match changed.is_empty() {
             true => String::new(),
-            false => format!(", and {} changed since", few(&changed)),
+            false => format!(", and {} changed since", few(&changed, FILES_NAMED)),
         };
         return Err(Failed::bad_input(format!("{}: exists already{of}", results.display()))
             .remedy("Move it away, or take every step again with --force."));
@@ -79,7 +80,7 @@ fn processed(dir: &Path, force: bool, ui: &Ui) -> Result<(), Failed> {
     let (records, observations) = (dir.join("records"), dir.join("observations"));
     let changed = changed_records(dir);
     if !force && !changed.is_empty() {
-        let (shown, changed) = (observations.display(), few(&changed));
+        let (shown, changed) = (observations.display(), few(&changed, FILES_NAMED));
         return Err(Failed::bad_input(format!("{shown}: of other records: {changed} changed since"))
             .remedy("Move it away, or take every step again with --force."));
     }

@@ -20,10 +20,10 @@ const TICK: Duration = Duration::from_secs(1);
 #[derive(clap::Args)]
 pub(crate) struct Output {
     /// Print errors only.
-    #[arg(long, short, global = true)]
+    #[arg(long, short, global = true, help_heading = "Global options")]
     quiet: bool,
     /// Print the result as one JSON document instead of text; errors too, on standard error.
-    #[arg(long, global = true)]
+    #[arg(long, global = true, help_heading = "Global options")]
     json: bool,
 }
 

@@ -3,7 +3,7 @@
 use crate::plan::Base;
 use crate::rig::PartAt;
 use crate::{GasReading, ObservedModes, Point, Study, StudyError, read_readings};
-use rijke_numerics::words::counted;
+use rijke_numerics::words::{counted, few};
 use rijke_rig::Observations;
 
 /// The temperature of a day is no nearer to that of a plan than this, K: beyond, one of the two is a slip.
@@ -62,12 +62,10 @@ impl Study {
         if missing.is_empty() || observations.modes.is_empty() {
             return None;
         }
-        let more = missing.len().saturating_sub(NAMED);
         Some(format!(
-            "{} of stages without an observation: {}{}; nothing is trained there",
+            "{} of stages without an observation: {}; nothing is trained there",
             counted(missing.len(), "point"),
-            missing[..missing.len() - more].join(", "),
-            if more > 0 { format!(" and {more} more") } else { String::new() }
+            few(&missing, NAMED)
         ))
     }
 

@@ -4,8 +4,9 @@ use crate::campaign::RESERVED;
 use crate::law::Effect;
 use crate::names::{MACH, MASS_FLUX, VELOCITY};
 use crate::plan::Base;
-use crate::{Campaign, ObservedModes, Point, Study, StudyProblem};
-use rijke_numerics::words::rounded;
+use crate::{Campaign, Candidate, ObservedModes, Point, Study, StudyProblem};
+use rijke_inference::Parameter;
+use rijke_numerics::words::{few, rounded};
 use std::collections::HashMap;
 
 /// Microphones nearer than this hear the same, m.
@@ -46,6 +47,7 @@ impl Study {
         all.extend(self.no_gas());
         all.extend(self.sizes());
         all.extend(self.at_rest());
+        all.extend(self.late());
         all
     }
 
@@ -67,21 +69,49 @@ impl Study {
         Ok(())
     }
 
-    /// Candidates that name the flow where all gas is at rest.
-    fn at_rest(&self) -> Option<String> {
-        if !matches!(self.plan.base, Base::Ambient | Base::Rig) {
-            return None;
+    /// Candidates that name the flow, or let waves run in it, where all gas is at rest.
+    fn at_rest(&self) -> Vec<String> {
+        let flows = match &self.plan.base {
+            Base::Ambient | Base::Rig => false,
+            Base::Measured(gas) => gas.flow.is_some(),
+            _ => true,
+        };
+        if flows {
+            return Vec::new();
         }
         let of_flow = |e: &Effect| [VELOCITY, MACH, MASS_FLUX].iter().any(|name| e.law.uses(*name));
-        let all = self.catalogue.candidates().iter().filter(|c| c.effects.iter().any(of_flow));
-        let ids: Vec<&str> = all.map(|c| c.id.as_str()).collect();
-        (!ids.is_empty()).then(|| {
+        let ids = |has: &dyn Fn(&Candidate) -> bool| {
+            let all = self.catalogue.candidates().iter().filter(|c| has(c)).map(|c| c.id.as_str());
+            Some(all.collect::<Vec<_>>()).filter(|ids| !ids.is_empty()).map(|ids| few(&ids, NAMED))
+        };
+        let named = ids(&|c| c.effects.iter().any(of_flow)).map(|ids| {
             format!(
-                "{} names the flow (U, M or G), which is 0 at every point, because study.toml gives the gas no flow: name a factor of the campaign, or \
-                 give `[base]` states that have one",
-                named(&ids)
+                "{ids} names the flow (U, M or G), which is 0 at every point, because study.toml gives the gas no flow: name a factor of the campaign, or \
+                 give `[base]` states that have one"
             )
-        })
+        });
+        let waves = ids(&|c| c.mean_flow.is_some()).map(|ids| {
+            format!(
+                "`mean_flow` of {ids} changes nothing, because study.toml gives the gas no flow: waves run in gas at rest at every point; name the factor \
+                 that is the flow in `[base.measured]` or `[base.heated-flow]`"
+            )
+        });
+        named.into_iter().chain(waves).collect()
+    }
+
+    /// Priors of delays that are most often meant in milliseconds.
+    fn late(&self) -> Vec<String> {
+        let parameters =
+            self.catalogue.candidates().iter().flat_map(|c| c.parameters.iter().map(move |p| (&c.id, p)));
+        let own = self.rig.own.parameters.iter().map(|p| (&self.rig.own.id, p));
+        let highest = self.rig.search[1][1];
+        let said = |(id, p): (&String, &Parameter)| {
+            let seconds = p.unit == "s";
+            late(&p.name, p.prior.quantile(0.5), highest)
+                .filter(|_| seconds)
+                .map(|said| format!("prior of {id}: {said}"))
+        };
+        parameters.chain(own).filter_map(said).collect()
     }
 
     /// Points that stages would take if a factor had a value.
@@ -117,7 +147,7 @@ impl Study {
                 "{}: no stage takes {}, because `{factor}` is empty there and the points of stage `{stage}` are chosen by it: give \
                  its value, as 0 where nothing is set",
                 campaign.file,
-                named(&points)
+                few(&points, NAMED)
             )
         };
         found.into_iter().map(said).collect()
@@ -131,7 +161,7 @@ impl Study {
         Some(format!(
             "{}: T_amb is {number:.1} degC at {}: {number:.1} K is the temperature of a room; if it is meant, write T_amb [K] in the heading",
             self.campaign.file,
-            named(&points)
+            few(&points, NAMED)
         ))
     }
 
@@ -148,7 +178,7 @@ impl Study {
             "rig.toml: the temperature of `{}` is {t:.1} K at {}: if these are degrees Celsius, say so where the number stands: `T [degC]` in the heading \
              of a factor, \"{t:.1} degC\" in rig.toml",
             self.rig.parts[part].name,
-            named(&found.iter().map(|f| f.0).collect::<Vec<_>>())
+            few(&found.iter().map(|f| f.0).collect::<Vec<_>>(), NAMED)
         ))
     }
 
@@ -206,7 +236,38 @@ impl Study {
     }
 }
 
+/// A delay, s, that is most often one in milliseconds, and the periods at the highest frequency of the search
+/// that it has at least.
+const LATEST: f64 = 1.0;
+const MOST_PERIODS: f64 = 200.0;
+
+/// What is doubtful of a delay, s, of so many periods of the frequency `highest`, Hz.
+pub(crate) fn late(name: &str, delay: f64, highest: f64) -> Option<String> {
+    let periods = delay.abs() * highest;
+    (delay.abs() >= LATEST && periods > MOST_PERIODS).then(|| {
+        format!(
+            "`{name}` is {delay} s, {periods:.0} periods of the highest frequency of the search: if these are ms, write {}",
+            1e-3 * delay
+        )
+    })
+}
+
 impl ObservedModes {
+    /// Modes whose growth rate is exactly zero, in a sentence: what keeps its amplitude by itself is no mode
+    /// that neither grows nor decays.
+    #[must_use]
+    pub fn steady(&self, campaign: &Campaign) -> Option<String> {
+        let zero = self.modes.iter().filter(|m| m.growth_rate == Some(0.0));
+        let points: Vec<&str> = zero.map(|m| campaign.points[m.point].id.as_str()).collect();
+        (!points.is_empty()).then(|| {
+            format!(
+                "the growth rate is exactly 0 at {}: an oscillation that keeps its amplitude by itself is that of a mode which grows while it is small; \
+                 leave the cell empty where neither decay nor growth was measured",
+                few(&points, NAMED)
+            )
+        })
+    }
+
     /// Which points have the numbers of an earlier one to the last digit, in a sentence: a row that was
     /// copied counts as a measurement of its own, and makes what is trained too certain.
     #[must_use]
@@ -249,15 +310,6 @@ impl Campaign {
             )
         };
         self.factors.iter().filter_map(|f| Some(said((&f.name, near(&f.name)?)))).collect()
-    }
-}
-
-/// `a`, or `a, b and 3 more`.
-fn named(points: &[&str]) -> String {
-    let shown = points.iter().take(NAMED).copied().collect::<Vec<_>>().join(", ");
-    match points.len().saturating_sub(NAMED) {
-        0 => shown,
-        more => format!("{shown} and {more} more"),
     }
 }
 

@@ -1,5 +1,6 @@
 //! The text of a rig with numbers in the place of unknowns and factors.
 
+use crate::rig::{interpolate, pairs};
 use rijke_formula::{Context, Formula, Scope};
 use toml::{Table, Value};
 
@@ -39,6 +40,10 @@ fn fill(value: &mut Value, numbers: &[(&str, f64)]) {
         }
         Value::Array(list) => list.iter_mut().for_each(|v| fill(v, numbers)),
         Value::Table(table) => {
+            if let Some(number) = interpolated(table, numbers) {
+                *value = Value::Float(number);
+                return;
+            }
             table
                 .iter_mut()
                 .filter(|(key, _)| !WORDS.contains(&key.as_str()))
@@ -46,6 +51,13 @@ fn fill(value: &mut Value, numbers: &[(&str, f64)]) {
         }
         _ => {}
     }
+}
+
+/// The number of a table over a factor, `{ over = "Q", rows = [[x, y], ...] }`, at the value of the factor.
+fn interpolated(table: &Table, numbers: &[(&str, f64)]) -> Option<f64> {
+    let (over, rows) = (table.get("over")?.as_str()?, table.get("rows")?.as_array()?);
+    let (_, x) = numbers.iter().find(|(name, _)| *name == over)?;
+    Some(interpolate(&pairs(rows)?, *x))
 }
 
 /// A formula with numbers in the place of these names, each a word of its own.
@@ -83,6 +95,14 @@ mod tests {
         let part = &file["element"][0];
         assert_eq!(part["name"].as_str(), Some("delay"));
         assert_eq!((part["length"].as_float(), part["at"].as_float()), (Some(0.4), Some(0.2)));
+    }
+
+    #[test]
+    fn exact_a_table_over_a_factor_becomes_its_number() {
+        let text = "[[element]]\ntemperature = { over = \"Q\", rows = [[0, 293.0], [50, 331.0]] }\n";
+        let mut file = Value::Table(toml::from_str::<Table>(text).unwrap());
+        fill(&mut file, &[("Q", 25.0)]);
+        assert_eq!(file["element"][0]["temperature"].as_float(), Some(312.0));
     }
 
     #[test]

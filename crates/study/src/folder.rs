@@ -123,9 +123,14 @@ impl Study {
             }
             false => Vec::new(),
         };
-        let points = folder.join("points.csv");
-        let ambient = if points.exists() { read_ambient(&points, &self.campaign)? } else { BTreeMap::new() };
+        let ambient = self.ambient_of_records(&folder)?;
         Ok(ObservedModes { kind: origin.kind, source: origin.source, modes, ambient })
+    }
+
+    /// Ambient temperatures that were read with the records, where `points.csv` has them.
+    pub(crate) fn ambient_of_records(&self, folder: &Path) -> Result<BTreeMap<usize, [f64; 2]>, StudyError> {
+        let points = folder.join("points.csv");
+        if points.exists() { read_ambient(&points, &self.campaign) } else { Ok(BTreeMap::new()) }
     }
 
     /// Refuses a file of ramps with a point whose state is not inferred.

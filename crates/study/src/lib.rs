@@ -44,5 +44,5 @@ pub use law::{Candidate, Coefficient, Effect, Hears, MeanFlow, Place, Spread, Ta
 pub use made_of::{MadeOf, changed_records, changed_study};
 pub use modes::{ObservedMode, ObservedModes, hertz};
 pub use one_table::OneTable;
-pub use rig::{Duct, DuctAt, GasModel, Instruments, PIECES, Part, PartAt, Rig, RigAtPoint, Shape, Value};
+pub use rig::{Duct, DuctAt, GasModel, Instruments, Part, PartAt, Rig, RigAtPoint, Shape, Value};
 pub use states::read_states;

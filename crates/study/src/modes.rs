@@ -272,12 +272,7 @@ fn row(
         };
         match column {
             Column::Point => {
-                let found = campaign.point(cell).map(|(k, _)| k);
-                point = Some(found.ok_or_else(|| StudyProblem::Unknown {
-                    what: "operating point",
-                    name: cell.to_owned(),
-                    known: listed(campaign.points.iter().take(8).map(|p| p.id.as_str())) + ", ...",
-                })?);
+                point = Some(campaign.known_point(cell)?);
             }
             Column::Mode => label = cell.to_owned(),
             Column::Value(number, unit) => {

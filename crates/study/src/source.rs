@@ -1,6 +1,7 @@
 //! The text of a file, and where in it something stands.
 
 use crate::{StudyError, StudyProblem};
+use rijke_numerics::words::of_toml;
 use serde::de::DeserializeOwned;
 use std::ops::Range;
 use std::path::Path;
@@ -46,7 +47,7 @@ impl Source {
     /// What is wrong with the text as TOML.
     pub(crate) fn wrong(&self, error: &toml::de::Error) -> StudyError {
         let at = error.span().map_or(0, |span| span.start);
-        self.fail(at, StudyProblem::Toml(error.message().trim().replace('\n', " ")))
+        self.fail(at, StudyProblem::Toml(of_toml(error.message())))
     }
 
     /// Line of an offset in bytes, from 1.

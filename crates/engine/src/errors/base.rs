@@ -53,7 +53,9 @@ impl BaseErrors {
         used: &[Used],
         values: &[f64],
     ) -> Result<Vec<Changes>, EngineError> {
-        let at = |(o, u): (&Observed, &Used)| of_factors(assembly, o, &u.microphones, values);
+        let at = |(o, u): (&Observed, &Used)| {
+            changes_by_factors(assembly, &o.conditions, o.near, &u.microphones, values)
+        };
         observed.par_iter().zip(used).map(at).in_order()
     }
 
@@ -193,25 +195,27 @@ pub(crate) fn of_drift(observed: &[Observed], used: &[Used]) -> Vec<Changes> {
 }
 
 /// The change of the prediction of one point per standard deviation of each factor that is not known exactly.
-fn of_factors(
+/// `near` is a guess of the root.
+pub(crate) fn changes_by_factors(
     assembly: &Assembly,
-    observed: &Observed,
+    conditions: &Conditions,
+    near: C64,
     microphones: &[usize],
     values: &[f64],
 ) -> Result<Changes, EngineError> {
-    if observed.conditions.displaced.is_empty() {
+    if conditions.displaced.is_empty() {
         return Ok(Vec::new());
     }
     let work = &mut Workspace::default();
     let mut predicted =
         |conditions: &Conditions, near| predicted(assembly, conditions, near, microphones, values, work);
-    let here = predicted(&observed.conditions, observed.near)?;
+    let here = predicted(conditions, near)?;
     let near = C64::new(here[0], here[1]);
     let change = |(cause, moved): &(Cause, Arc<Conditions>)| {
         let there = predicted(moved, near)?;
         Ok((cause.clone(), there.iter().zip(&here).map(|(t, h)| (t - h) / STEP).collect()))
     };
-    observed.conditions.displaced.iter().map(change).collect()
+    conditions.displaced.iter().map(change).collect()
 }
 
 /// The change of the prediction of one point per standard deviation of each cause of error of its base state,

@@ -183,13 +183,22 @@ impl Common {
         (along.into_iter().map(|(_, place, sum)| (place, sum)).collect(), left)
     }
 
-    /// The most probable error of a cause, in its standard deviations, by what is `known`; 0 of one that no
-    /// training inferred.
-    pub(crate) fn mean(&self, cause: &Cause, known: &NamedGaussian) -> f64 {
-        let Some(j) = self.causes.iter().position(|c| c == cause) else { return 0.0 };
+    /// The most probable error of a cause and its standard deviation, both in standard deviations of the
+    /// cause, by what is `known`; none of a cause that no training inferred.
+    ///
+    /// As in [`Common::learned`], what of the cause moves no number keeps its prior.
+    pub(crate) fn error(&self, cause: &Cause, known: &NamedGaussian) -> Option<[f64; 2]> {
+        let j = self.causes.iter().position(|c| c == cause)?;
         let place = |k: usize| known.names.iter().position(|n| *n == name(k));
-        let along = |k: usize| Some(self.shares[(j, k)] * known.mean[place(k)?]);
-        (0..self.shares.columns()).filter_map(along).sum()
+        let along: Vec<(f64, usize)> =
+            (0..self.shares.columns()).filter_map(|k| Some((self.shares[(j, k)], place(k)?))).collect();
+        let mean = along.iter().map(|(share, at)| share * known.mean[*at]).sum();
+        let told: f64 = along
+            .iter()
+            .flat_map(|(a, i)| along.iter().map(move |(b, k)| a * b * known.covariance[(*i, *k)]))
+            .sum();
+        let prior: f64 = along.iter().map(|(share, _)| share * share).sum();
+        Some([mean, (told + 1.0 - prior).max(0.0).sqrt()])
     }
 
     /// For each cause its shares in the directions.

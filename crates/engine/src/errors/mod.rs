@@ -11,7 +11,7 @@ mod principal;
 mod varying;
 
 pub(crate) use assemblies::{Assemblies, Learned, OF_INSTALLATION};
-pub(crate) use base::{BaseErrors, Changes, changes, of_drift};
+pub(crate) use base::{BaseErrors, Changes, changes, changes_by_factors, of_drift};
 pub(crate) use channels::{Channels, Heard};
 pub(crate) use common::{Carried, Common};
 pub(crate) use law::LawErrors;

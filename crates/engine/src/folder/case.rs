@@ -98,7 +98,10 @@ impl ModeCase {
             }
         })?;
         let (region, spectrum, devices, _) =
-            modes_at(&study, None, None, 0, limits).map_err(|e| of_the_engine(&e, path).remedy(REMEDY))?;
+            modes_at(&study, None, None, 0, limits).map_err(|e| match text.contains('$') {
+                true => of_the_engine(&e, path).remedy(REMEDY),
+                false => of_the_engine(&e, path),
+            })?;
         let unknowns: Vec<&str> = study.rig.own.parameters.iter().map(|p| p.name.as_str()).collect();
         let warnings =
             Vec::from_iter((!unknowns.is_empty()).then(|| {

@@ -1,7 +1,7 @@
 //! Conditions, grids and frequencies as options name them.
 
 use crate::run::AskedPoint;
-use rijke_numerics::Failed;
+use rijke_numerics::{Failed, range};
 use rijke_study::Study;
 use rijke_study::plan::{MapGrid, Selection};
 use std::collections::BTreeMap;
@@ -51,8 +51,7 @@ pub fn grid(text: &str, study: &Study, among: &Selection) -> Result<MapGrid, Fai
     let over = |k: usize| {
         let points = study.campaign.points.iter().filter(|p| among.holds(&study.campaign, p));
         let values = points.map(|p| p.factors[k]).filter(|v| v.is_finite());
-        let ends = values.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], v| [a.min(v), b.max(v)]);
-        Some(ends).filter(|[low, high]| low < high)
+        Some(range(values)).filter(|[low, high]| low < high)
     };
     let axis = |text: &str| {
         let (name, range) = text.split_once('=').map_or((text, None), |(name, range)| (name, Some(range)));
@@ -77,9 +76,13 @@ const MOST: f64 = 1e5;
 /// # Errors
 /// Text of another form; the remedy shows the right one.
 pub fn frequencies(text: &str) -> Result<Vec<f64>, Failed> {
+    Ok(text.split(',').map(one_or_range).collect::<Result<Vec<_>, _>>()?.concat())
+}
+
+fn one_or_range(text: &str) -> Result<Vec<f64>, Failed> {
     let wrong = |what: &str| {
         Failed::bad_input(format!("--at-hz {text}: {what}"))
-            .remedy("Give frequencies in Hz, or from:to:step as in --at-hz 100:2000:10.")
+            .remedy("Give frequencies in Hz, as 100,200 or from:to:step as in --at-hz 100:2000:10.")
     };
     let numbers: Option<Vec<f64>> = text.split(':').map(|part| part.trim().parse().ok()).collect();
     match numbers.as_deref() {
@@ -92,5 +95,16 @@ pub fn frequencies(text: &str) -> Result<Vec<f64>, Failed> {
             Ok((0..=count as usize).map(|k| from + step * k as f64).collect())
         }
         _ => Err(wrong("neither a frequency nor a range")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn exact_frequencies_are_numbers_and_ranges() {
+        assert_eq!(frequencies("100,200:400:100").ok(), Some(vec![100.0, 200.0, 300.0, 400.0]));
+        assert!(frequencies("100,").is_err() && frequencies("400:100:1").is_err());
     }
 }

@@ -3,6 +3,7 @@
 use super::results::warn_of_missing;
 use crate::run::{AskedPoint, Averaged, Forecast, OpenModel, at_other_maxima, beyond};
 use crate::{BeyondTable, SavedModel};
+use rijke_numerics::words::rounded;
 use rijke_numerics::{Failed, Tell};
 use rijke_rig::files::csv_table;
 use rijke_study::{Point, Study, hertz};
@@ -162,8 +163,10 @@ pub fn forecast_csv(study: &Study, found: &[Forecast]) -> Result<String, Failed>
         let over = |a: &Averaged| [&a.growth_rate[..], &a.angular_frequency, &[a.unstable]].concat();
         let all = f.averaged.as_ref().map(over).unwrap_or_else(|| vec![f64::NAN; averaged.len()]);
         let cell = |v: f64| if v.is_finite() { format!("{v:.6}") } else { String::new() };
-        let averaged = all.into_iter().take(averaged.len()).map(cell);
-        row.chain([format!("{:.6}", f.unstable)]).chain(other).chain(averaged).collect()
+        let unstable = all.last().copied().filter(|p| p.is_finite()).map_or(String::new(), rounded);
+        let averaged = all.iter().take(averaged.len().saturating_sub(1)).map(|v| cell(*v));
+        let averaged = averaged.chain(open.then_some(unstable));
+        row.chain([rounded(f.unstable)]).chain(other).chain(averaged).collect()
     };
     csv_table(std::iter::once(head.collect()).chain(found.iter().map(row)))
 }

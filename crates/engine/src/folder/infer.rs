@@ -194,15 +194,15 @@ impl InferredNetwork {
         files.iter().try_for_each(|(name, text)| write_within(folder, name, text))
     }
 
-    /// The network file with numbers in the place of unknowns and factors, these as in the row with the
-    /// highest growth rate.
+    /// The network file with numbers in the place of unknowns and factors, these as in the row whose mode
+    /// grows most by the model: of an oscillation that limits itself no growth rate is measured.
     ///
     /// # Errors
     /// A name that is neither.
     pub fn fitted(&self) -> Result<String, Failed> {
         let measured = &self.stage.measured;
-        let growth = |k: &usize| measured[*k].growth_rate.map_or(f64::NEG_INFINITY, |g| g[0]);
-        let row = (0..measured.len()).max_by(|a, b| growth(a).total_cmp(&growth(b))).unwrap_or(0);
+        let predicted = self.model().predicted.iter().map(|[growth, _]| growth).enumerate();
+        let row = predicted.max_by(|a, b| a.1.total_cmp(b.1)).map_or(0, |(row, _)| row);
         let factors = self.study.campaign.factors.iter().zip(&measured[row].factors);
         let mut numbers: Vec<(&str, f64)> =
             self.model().parameters.iter().map(|p| (p.name.as_str(), p.value)).collect();

@@ -27,7 +27,7 @@ impl RankedResponses {
     /// # Errors
     /// File and remedy.
     pub fn open(dir: &Path, id: Option<&str>, tell: &dyn Tell) -> Result<Option<Self>, Failed> {
-        let study = open_study(dir)?;
+        let mut study = open_study(dir)?;
         let plan = &study.plan;
         let stage = match id {
             Some(id) => plan.response(id),
@@ -42,6 +42,7 @@ impl RankedResponses {
             if plan.stages.is_empty() { Path::new("") } else { Path::new(ResponseResults::BESIDE_MODES) };
         let ground = kept(dir, &beside.join("models").display().to_string(), &stage.id)?;
         let observed = study.responses().or_bad_input()?;
+        study.campaign.take_ambient(&observed.ambient);
         Ok(Some(Self { study, observed, stage, ground }))
     }
 

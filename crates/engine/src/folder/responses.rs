@@ -104,7 +104,7 @@ pub fn rank_responses(
 pub(super) fn response_fault(error: &EngineError, dir: &Path) -> Failed {
     match error {
         EngineError::Inference(_) | EngineError::Dense(_) => Failed::of_work(error).at(dir),
-        EngineError::Refused { .. } | EngineError::NoPoint { .. } => {
+        EngineError::Refused { .. } | EngineError::NoPoint { .. } | EngineError::NothingSelected { .. } => {
             Failed::bad_input(error).at(&dir.join("study.toml"))
         }
         EngineError::NoWinner { .. } => Failed::bad_input(error).at(dir).remedy(

@@ -1,6 +1,7 @@
 //! A study folder, opened: what every step that reads one shares.
 
 use crate::EngineError;
+use rijke_numerics::words::few;
 use rijke_numerics::{Failed, Tell};
 use rijke_study::{ObservedModes, Study, StudyProblem, changed_records, changed_study};
 use std::path::Path;
@@ -67,11 +68,14 @@ pub(crate) fn warn_of(study: &Study, observations: &ObservedModes, tell: &dyn Te
     Ok(())
 }
 
-/// Warns of rows that were copied, and of modes that seem to be those of another label.
+/// Warns of rows that were copied, of modes that seem to be those of another label, and of growth rates of
+/// zero.
 pub fn warn_of_copies(study: &Study, observations: &ObservedModes, tell: &dyn Tell) {
-    let said = [observations.copied(&study.campaign), observations.other_labels(&study.campaign)];
+    let (campaign, place) = (&study.campaign, study.folder.join("observations"));
+    let said =
+        [observations.copied(campaign), observations.other_labels(campaign), observations.steady(campaign)];
     for said in said.into_iter().flatten() {
-        tell.note(format!("warning: {}: {said}", observations.source));
+        tell.note(format!("warning: {}: {said}", place.display()));
     }
 }
 
@@ -92,21 +96,17 @@ pub fn warn_of_study(dir: &Path, tell: &dyn Tell) {
     warn_of_changed(dir, "results", "these files", "rank", &changed_study(dir), tell);
 }
 
+/// Most changed files that a sentence names.
+pub const FILES_NAMED: usize = 4;
+
 fn warn_of_changed(dir: &Path, made: &str, of: &str, remedy: &str, changed: &[String], tell: &dyn Tell) {
     if !changed.is_empty() {
-        let (made, changed) = (dir.join(made), few(changed));
+        let (made, changed) = (dir.join(made), few(changed, FILES_NAMED));
         tell.note(format!(
             "warning: {} is not of {of}: {changed} changed since; {remedy} again, with --force",
             made.display()
         ));
     }
-}
-
-/// The first of several names.
-pub fn few(names: &[String]) -> String {
-    const SHOWN: usize = 4;
-    let more = if names.len() > SHOWN { format!(" and {} more", names.len() - SHOWN) } else { String::new() };
-    names.iter().take(SHOWN).map(String::as_str).collect::<Vec<_>>().join(", ") + &more
 }
 
 /// Says which observed points no stage uses because nothing is known of their gas.

@@ -42,9 +42,7 @@ pub(super) fn all(
     let mut cuts: Vec<f64> = instruments.chain(devices).chain(spread).chain(inserts).collect();
     for duct in &layout.ducts {
         let [from, to] = duct.span;
-        let cone = duct.area[0] != duct.area[1];
-        let pieces = if cone { duct.pieces } else { 1 };
-        cuts.extend((0..=pieces).map(|k| from + (to - from) * k as f64 / pieces as f64));
+        cuts.extend((0..=duct.pieces).map(|k| from + (to - from) * k as f64 / duct.pieces as f64));
     }
     if !base.is_uniform() {
         let length = layout.length;

@@ -84,7 +84,7 @@ impl PointModel<'_> {
     }
 
     /// Values of all laws at s = i omega; nothing in rigs whose lengths are unknown.
-    fn law_values(&self, values: &[f64], omega: f64) -> Vec<C64> {
+    pub(super) fn law_values(&self, values: &[f64], omega: f64) -> Vec<C64> {
         if self.shape.is_some() || values.len() != self.assembly.parameters().len() {
             return Vec::new();
         }

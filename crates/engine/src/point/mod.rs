@@ -12,6 +12,7 @@ mod probe;
 mod spread;
 mod tables;
 mod together;
+mod zero;
 
 pub(crate) use poles::{Acting, poles};
 pub(crate) use probe::Probed;

@@ -3,7 +3,7 @@
 use super::PointModel;
 use crate::EngineError;
 use rijke_network::{Region, Response, Workspace};
-use rijke_numerics::{C64, Order};
+use rijke_numerics::{C64, Order, range};
 
 /// Roots that are one, relative to |s|.
 const ONE: f64 = 1e-6;
@@ -48,10 +48,7 @@ impl PointModel<'_> {
     /// A mode of the model for every guess, no two the same; none where there are fewer modes than guesses.
     pub(crate) fn assigned(&self, values: &[f64], guesses: &[C64], work: &mut Workspace) -> Option<Vec<C64>> {
         let filled = self.filled(values).ok()?;
-        let ends = |of: &dyn Fn(&C64) -> f64| {
-            let all = guesses.iter().map(of);
-            all.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| [low.min(v), high.max(v)])
-        };
+        let ends = |of: &dyn Fn(&C64) -> f64| range(guesses.iter().map(of));
         let (growth, omega) = (ends(&|g| g.re), ends(&|g| g.im));
         let spacing = self.spacing();
         let mut distance = CLOSE * spacing;

@@ -3,9 +3,10 @@
 use super::errors::{Errors, causes_at, moved as conditions_moved};
 use super::head::Rest;
 use super::predict::{Load, Responses, clear};
+use super::residual::POOR;
 use super::residual::left;
 use super::select::Selected;
-use super::stage::{POOR, ResponseRun};
+use super::stage::ResponseRun;
 use super::train::{Found, Training, moved};
 use crate::{Assembly, EngineError};
 use rijke_inference::Parameter;

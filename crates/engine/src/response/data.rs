@@ -3,6 +3,7 @@
 
 use super::head::{Heard, columns, group_of};
 use super::measured::{Measured, sessions};
+use super::{LENGTH_OF_MISFIT, MISFIT, NOISE};
 use crate::EngineError;
 use rijke_inference::{Correlated, Data, NoiseGroup, NoiseMode, Observation, Structured};
 use rijke_study::ErrorTerm;
@@ -26,10 +27,10 @@ impl Blocks<'_> {
     /// # Errors
     /// [`EngineError::Inference`] for numbers that cannot be data.
     pub(super) fn data(&self) -> Result<Data, EngineError> {
-        let mut groups = vec![group("noise", "1", self.noise)];
+        let mut groups = vec![group(NOISE, "1", self.noise)];
         let misfit = self.misfit.map(|m| {
-            groups.push(group("misfit", "1", &m.size));
-            groups.push(group("length of the misfit", "Hz", &m.length_hz));
+            groups.push(group(MISFIT, "1", &m.size));
+            groups.push(group(LENGTH_OF_MISFIT, "Hz", &m.length_hz));
             (m, groups.len() - 2)
         });
         let floated: Vec<Option<usize>> = self

@@ -3,6 +3,7 @@
 
 use super::predict::Load;
 use super::record::{ResponseModelRecord, ResponseStageRecord};
+use super::{LENGTH_OF_MISFIT, MISFIT, NOISE};
 use crate::gaussian::{LARGEST, is_covariance};
 use crate::noise::{Added, LawError};
 use crate::run::EvidenceRecord;
@@ -208,9 +209,9 @@ pub(super) fn law_error(
     loads: &[Load<'_>],
     noise: &[NoiseEstimate],
 ) -> Option<LawError> {
-    let found = noise.iter().filter(|n| n.name == "misfit" || (n.name == "noise" && n.floats));
+    let found = noise.iter().filter(|n| n.name == MISFIT || (n.name == NOISE && n.floats));
     let sd = found.map(|n| n.sd * n.sd).sum::<f64>().sqrt();
-    let correlated = noise.iter().find(|n| n.name == "length of the misfit").map(|n| n.sd);
+    let correlated = noise.iter().find(|n| n.name == LENGTH_OF_MISFIT).map(|n| n.sd);
     let of = |load: &Load<'_>| {
         let ResponseKind::Law { at, coefficient, factor } = &load.what else { return None };
         let of_it = |id: &String| {

@@ -13,9 +13,10 @@
 
 use super::measured::{Measured, sessions};
 use super::sources::{Field, fields};
+use super::{LENGTH_OF_MISFIT, MISFIT, NOISE};
 use crate::EngineError;
 use rijke_inference::{Kernel, NoiseEstimate, Observation, complex_columns};
-use rijke_numerics::{C64, Cholesky, Jet, Matrix, special};
+use rijke_numerics::{C64, Cholesky, Jet, Matrix, range, special};
 use rijke_study::ErrorTerm;
 use rijke_study::plan::SdSpec;
 use std::collections::BTreeMap;
@@ -224,8 +225,7 @@ fn complex(loads: &[Measured], about: &[Vec<C64>], term: &ErrorTerm) -> Vec<Vec<
 /// The first `count` polynomials at every frequency of the loads of a session.
 fn polynomials(loads: &[Measured], count: usize) -> Vec<Vec<f64>> {
     let frequencies = || loads.iter().flat_map(|m| m.frequency_hz.iter().copied());
-    let low = frequencies().fold(f64::INFINITY, f64::min);
-    let high = frequencies().fold(f64::NEG_INFINITY, f64::max);
+    let [low, high] = range(frequencies());
     let place = |f: f64| if high > low { 2.0 * (f - low) / (high - low) - 1.0 } else { 0.0 };
     frequencies().map(|f| special::legendre(place(f), count)).collect()
 }
@@ -318,10 +318,10 @@ impl Rest<'_> {
 
     /// The covariance of the real parts of two numbers of one load, and of the imaginary ones.
     pub(super) fn covariance_of(&self, m: &Measured, i: usize, j: usize) -> f64 {
-        let own = |i: usize| self.sd("noise").powi(2) + m.sd.get(i).map_or(0.0, |sd| sd * sd);
+        let own = |i: usize| self.sd(NOISE).powi(2) + m.sd.get(i).map_or(0.0, |sd| sd * sd);
         let smooth = self.kernel.map_or(0.0, |kernel| {
             let distance = m.frequency_hz[i] - m.frequency_hz[j];
-            self.sd("misfit").powi(2) * kernel.correlation(distance, self.sd("length of the misfit"))
+            self.sd(MISFIT).powi(2) * kernel.correlation(distance, self.sd(LENGTH_OF_MISFIT))
         });
         smooth + if i == j { own(i) } else { 0.0 }
     }

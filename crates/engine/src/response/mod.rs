@@ -23,6 +23,12 @@ mod stage;
 mod stray;
 mod train;
 
+/// Groups of noise by name: of every number, of the model, and the frequencies along which that of the model
+/// is alike.
+const NOISE: &str = "noise";
+const MISFIT: &str = "misfit";
+const LENGTH_OF_MISFIT: &str = "length of the misfit";
+
 pub use forecast::ResponseForecast;
 pub(crate) use forecast::trained_band;
 pub use ground::{Ground, GroundModel};

@@ -223,9 +223,7 @@ impl Forward for Told<'_, '_> {
 
     fn predict(&self, values: &[f64], order: Order) -> Result<Prediction, ForwardError> {
         let order = order.min(self.highest);
-        let answers = self.responses.answers(values, order).map_err(|error| {
-            if error.is_recoverable() { ForwardError::recoverable(error) } else { ForwardError::fatal(error) }
-        })?;
+        let answers = self.responses.answers(values, order)?;
         let tilt = self.heard.tilted(&answers);
         let told = |range| self.heard.told(self.measured, range, &answers);
         let all: Vec<Jet> = sessions(self.measured).into_iter().flat_map(told).collect();

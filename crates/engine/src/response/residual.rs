@@ -3,10 +3,27 @@
 use super::head::Rest;
 use super::measured::Measured;
 use super::select::Selected;
+use super::stray::stray;
 use crate::run::TrainedParameter;
 use rijke_numerics::C64;
 use rijke_study::plan::SdSpec;
 use rijke_study::responses::{ResponseKind, ResponseStage};
+
+/// A correlation of neighbouring residuals beyond this many standard deviations is none of noise.
+const NOT_NOISE: f64 = 4.0;
+
+/// Residuals of such a share of the data are no small fault of the model.
+pub(super) const POOR: f64 = 0.1;
+
+/// Residuals of such a share of data that do not state errors as large are told, whether or not neighbouring
+/// ones correlate.
+const UNDESCRIBED: f64 = 0.3;
+
+/// Residuals that are larger than expected by this factor are told, if it is no accident.
+const LARGER: f64 = 1.2;
+
+/// Residuals that are larger than what the data state by this factor are told where the noise covers them.
+const BEYOND: f64 = 1.5;
 
 /// What is left of a training. Every residual counts by the standard deviation that noise, misfit and what
 /// was measured of it have together: one of loud numbers says nothing of quiet ones.
@@ -30,6 +47,28 @@ pub(super) struct Left {
     pub(super) ratio_sd: f64,
     /// The size over that which the measured standard deviations have alone; none if some were not measured.
     pub(super) beyond_stated: Option<f64>,
+    /// By which power of the modulus of the numbers the residuals grow, and its standard deviation; none
+    /// where standard deviations were measured, or rows are scaled.
+    pub(super) growth: Option<[f64; 2]>,
+}
+
+/// Residuals that grow by a larger power than this, if it is no accident, are not of one noise.
+const GROWS: f64 = 0.3;
+
+/// By which power of the modulus of the numbers residuals grow, and its standard deviation: the slope of half
+/// of ln |residual|^2, which scatters by pi/sqrt(24) for normal noise, over ln |number|.
+fn growth(measured: &[Measured], distances: &[Vec<f64>]) -> Option<[f64; 2]> {
+    if measured.iter().any(|m| !m.sd.is_empty() || m.unknown_sources) {
+        return None;
+    }
+    let numbers = measured.iter().flat_map(|m| m.values.iter().map(|z| z.norm()));
+    let both = numbers.zip(distances.iter().flatten()).filter(|(z, d)| *z > 0.0 && **d > 0.0);
+    let (x, y): (Vec<f64>, Vec<f64>) = both.map(|(z, d)| (z.ln(), d.ln())).unzip();
+    let n = x.len() as f64;
+    let [mean, level] = [&x, &y].map(|all| all.iter().sum::<f64>() / n);
+    let spread: f64 = x.iter().map(|x| (x - mean).powi(2)).sum();
+    let common: f64 = x.iter().zip(&y).map(|(x, y)| (x - mean) * (y - level)).sum();
+    (spread > 0.0).then(|| [common / spread, std::f64::consts::PI / (24.0 * spread).sqrt()])
 }
 
 /// What is left of `measured` by what the head hears; `rest` is the covariance of what is not the head's.
@@ -56,6 +95,7 @@ pub(super) fn left(measured: &[Measured], heard: Vec<Vec<C64>>, rest: Rest<'_>) 
     let neighbours = pairs / square.max(f64::MIN_POSITIVE);
     Left {
         heard,
+        growth: growth(measured, &distances),
         distances,
         size: (plain / count).sqrt(),
         share: (square / data.max(f64::MIN_POSITIVE)).sqrt(),
@@ -67,8 +107,71 @@ pub(super) fn left(measured: &[Measured], heard: Vec<Vec<C64>>, rest: Rest<'_>) 
     }
 }
 
+impl Left {
+    /// Whether standard deviations and leads are smaller than the residuals allow.
+    pub(super) fn too_sure(&self) -> bool {
+        self.is_larger(self.ratio, LARGER) || self.neighbours_sds > NOT_NOISE || self.grows().is_some()
+    }
+
+    /// The power by which residuals grow with the numbers, if they do.
+    fn grows(&self) -> Option<f64> {
+        let [power, sd] = self.growth?;
+        let noise = self.neighbours_sds <= NOT_NOISE;
+        (noise && power > GROWS && power > NOT_NOISE * sd).then_some(power)
+    }
+
+    /// Whether a ratio of residuals to what is expected is above `limit`, and by no accident.
+    fn is_larger(&self, ratio: f64, limit: f64) -> bool {
+        ratio > limit && ratio > 1.0 + NOT_NOISE * self.ratio_sd
+    }
+
+    /// What the residuals say of the model, a sentence each; `mistaken` says what the data may be instead,
+    /// and is asked where the model is far from them.
+    pub(super) fn remarks(
+        &self,
+        stage: &ResponseStage,
+        measured: &[Measured],
+        mistaken: &dyn Fn() -> Option<String>,
+    ) -> Vec<String> {
+        let mut remarks = Vec::new();
+        if self.is_larger(self.ratio, LARGER) {
+            remarks.push(too_large(stage, self));
+        }
+        let floats = !matches!(stage.noise, SdSpec::Fixed(_));
+        if let Some(beyond) = self.beyond_stated.filter(|b| floats && self.is_larger(*b, BEYOND)) {
+            remarks.push(format!(
+                "the residuals are {beyond:.1} times the standard deviations that the data state, and the inferred noise covers the rest: the data \
+                 are worse than they say, or the model lacks something, which may have moved its parameters by more than their deviations"
+            ));
+        }
+        if let Some(power) = self.grows() {
+            remarks.push(format!(
+                "the residuals grow with the numbers, by the power {power:.1} of their modulus, and the noise counts as one for all: parameters and leads are \
+                 too sure, by a factor of two where the moduli differ by ten; give every row its deviation (a column `sd`), such as 3 % of the modulus"
+            ));
+        } else {
+            remarks.extend(stray(measured, &self.distances));
+        }
+        if self.share > POOR {
+            remarks.extend(mistaken());
+        }
+        let stated = self.beyond_stated.is_some_and(|b| b < BEYOND);
+        if floats && self.share > UNDESCRIBED && self.neighbours_sds <= NOT_NOISE && !stated {
+            remarks.push(format!(
+                "what this model leaves is {:.0} % of the data, and the noise was chosen to cover it: it does not describe them, unless they are as noisy as \
+                 that",
+                100.0 * self.share
+            ));
+        }
+        if self.neighbours_sds > NOT_NOISE {
+            remarks.push(not_noise(stage, measured, self));
+        }
+        remarks
+    }
+}
+
 /// What is said of residuals that are larger than expected.
-pub(super) fn too_large(stage: &ResponseStage, left: &Left) -> String {
+fn too_large(stage: &ResponseStage, left: &Left) -> String {
     let (what, remedy) = if matches!(stage.noise, SdSpec::Fixed(_)) {
         (
             "the stated noise lets",
@@ -86,10 +189,10 @@ pub(super) fn too_large(stage: &ResponseStage, left: &Left) -> String {
     )
 }
 
-/// What is said of residuals that correlate along frequency; `poor` if the model does not describe the data.
-pub(super) fn not_noise(stage: &ResponseStage, measured: &[Measured], left: &Left, poor: bool) -> String {
+/// What is said of residuals that correlate along frequency.
+fn not_noise(stage: &ResponseStage, measured: &[Measured], left: &Left) -> String {
     let remedy = match &stage.misfit {
-        _ if poor => "this model does not describe these data",
+        _ if left.share > POOR => "this model does not describe these data",
         // Pressures of unknown sources are trained without a misfit.
         None if measured.iter().any(|m| m.unknown_sources) => {
             "the rig's model or that of the instrument lacks something small, perhaps an error of a temperature (T_amb_sd), a length or a place \
@@ -176,5 +279,31 @@ mod tests {
         // In numbers as they stand the poorly measured half is nearly all of it.
         assert!((fault.size / noise.size - 1.0).abs() < 1e-2 && noise.size > 0.08);
         assert!(noise.share < 0.02, "{}", noise.share);
+    }
+
+    #[test]
+    fn behaviour_residuals_in_proportion_to_the_numbers_are_told_from_those_of_one_noise() {
+        let mut stream = Streams::new(5).stream("in proportion");
+        let mut normal = || {
+            let drawn: f64 = StandardNormal.sample(&mut stream);
+            drawn
+        };
+        let mut power = |size: &dyn Fn(f64) -> f64| {
+            let model: Vec<C64> =
+                (0..60).map(|k| C64::new(0.1 * 10_f64.powf(f64::from(k) / 59.0), 0.0)).collect();
+            let values = model.iter().map(|z| z + size(z.norm()) * C64::new(normal(), normal())).collect();
+            let measured = Measured {
+                label: String::new(),
+                session: 0,
+                unknown_sources: false,
+                frequency_hz: (0..60).map(f64::from).collect(),
+                values,
+                sd: Vec::new(),
+            };
+            left(&[measured], vec![model], Rest { noise: &[], kernel: None }).grows()
+        };
+        let proportional = power(&|z| 0.03 * z).unwrap();
+        assert!((proportional - 1.0).abs() < 0.5, "{proportional}");
+        assert_eq!(power(&|_| 0.01), None);
     }
 }

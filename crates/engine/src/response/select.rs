@@ -89,7 +89,7 @@ impl Selected {
             return Err(EngineError::Refused { stage: stage.id.clone(), problem });
         }
         if all.measured.is_empty() {
-            return Err(EngineError::NoPoint { stage: stage.id.clone() });
+            return Err(EngineError::no_point(study, &stage.id, &stage.points));
         }
         Ok(all)
     }

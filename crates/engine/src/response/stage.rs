@@ -9,10 +9,9 @@ use super::measured::Measured;
 use super::mistaken::mistaken;
 use super::predict::Responses;
 use super::record::{LoadRecord, ResponseModelRecord, ResponseStageRecord};
-use super::residual::{left, not_noise, too_large, untold};
+use super::residual::{left, untold};
 use super::rows::rows_of;
 use super::select::{self, Selected};
-use super::stray::stray;
 use super::train::Training;
 use crate::gaussian::handed_on;
 use crate::rows::Row;
@@ -21,27 +20,10 @@ use crate::{Assembly, EngineError, NamedGaussian};
 use rayon::prelude::*;
 use rijke_inference::{Parameter, Parameters};
 use rijke_numerics::{C64, InOrder};
-use rijke_study::plan::SdSpec;
 use rijke_study::responses::{ResponseKind, ResponseStage, Responses as Observed};
 use rijke_study::{Candidate, Cause, ErrorTerm, Study};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
-
-/// A correlation of neighbouring residuals beyond this many standard deviations is none of noise.
-const NOT_NOISE: f64 = 4.0;
-
-/// Residuals of such a share of the data are no small fault of the model.
-pub(super) const POOR: f64 = 0.1;
-
-/// Residuals of such a share of data that do not state errors as large are told, whether or not neighbouring
-/// ones correlate.
-const UNDESCRIBED: f64 = 0.3;
-
-/// Residuals that are larger than expected by this factor are told, if it is no accident.
-const LARGER: f64 = 1.2;
-
-/// Residuals that are larger than what the data state by this factor are told where the noise covers them.
-const BEYOND: f64 = 1.5;
 
 /// A study with its responses, and what has been trained of it so far.
 pub struct ResponseRun {
@@ -63,12 +45,13 @@ struct Before {
 }
 
 impl ResponseRun {
-    /// A study with its responses.
+    /// A study with its responses, and with the ambient temperatures that were read with them.
     ///
     /// # Errors
     /// [`EngineError::NoPoint`], and [`EngineError::Refused`] for a stage that counts the data of one on
     /// which it stands again.
-    pub fn new(study: Study, observed: Observed) -> Result<Self, EngineError> {
+    pub fn new(mut study: Study, observed: Observed) -> Result<Self, EngineError> {
+        study.campaign.take_ambient(&observed.ambient);
         select::check(&study, &observed)?;
         Ok(Self { study, observed, known: BTreeMap::new(), grounds: Vec::new() })
     }
@@ -234,37 +217,10 @@ impl ResponseRun {
             remarks.extend(self.bent(&assembly, data, at_last, &found, rest)?);
         }
         let left = left(measured, found.heard.clone(), rest);
-        let larger = left.ratio > LARGER && left.ratio > 1.0 + NOT_NOISE * left.ratio_sd;
-        record.too_sure = larger || left.neighbours_sds > NOT_NOISE;
-        if larger {
-            remarks.push(too_large(stage, &left));
-        }
-        let floats = !matches!(stage.noise, SdSpec::Fixed(_));
-        let beyond =
-            left.beyond_stated.filter(|b| floats && *b > BEYOND && *b > 1.0 + NOT_NOISE * left.ratio_sd);
-        if let Some(beyond) = beyond {
-            remarks.push(format!(
-                "the residuals are {beyond:.1} times the standard deviations that the data state, and the inferred noise covers the rest: the data \
-                 are worse than they say, or the model lacks something, which may have moved its parameters by more than their deviations"
-            ));
-        }
-        remarks.extend(stray(measured, &left.distances));
-        let share = left.share;
-        if share > POOR {
-            let names = &self.study.rig.microphones.names;
-            remarks.extend(mistaken(&training, data, names, [evidence.ln_marginal, share]));
-        }
-        let stated = left.beyond_stated.is_some_and(|b| b < BEYOND);
-        if floats && share > UNDESCRIBED && left.neighbours_sds <= NOT_NOISE && !stated {
-            remarks.push(format!(
-                "what this model leaves is {:.0} % of the data, and the noise was chosen to cover it: it does not describe them, unless they are as noisy as \
-                 that",
-                100.0 * share
-            ));
-        }
-        if left.neighbours_sds > NOT_NOISE {
-            remarks.push(not_noise(stage, measured, &left, share > POOR));
-        }
+        record.too_sure = left.too_sure();
+        let names = &self.study.rig.microphones.names;
+        let mistaken = || mistaken(&training, data, names, [evidence.ln_marginal, left.share]);
+        remarks.extend(left.remarks(stage, measured, &mistaken));
         remarks.extend(untold(&record.parameters[..assembly.parameters().len()], data));
         record.predicted = found.answers.iter().map(|a| pairs(a)).collect();
         record.heard = left.heard.iter().map(|a| pairs(a)).collect();

@@ -1,6 +1,7 @@
 //! Responses, and single frequencies of them, that lie far from a model which fits the others.
 
 use super::measured::Measured;
+use rijke_numerics::words::few;
 
 /// A response lies far if the median of its distances is so many times that of the others ...
 const RESPONSE: f64 = 4.0;
@@ -38,7 +39,7 @@ pub(super) fn stray(measured: &[Measured], distances: &[Vec<f64>]) -> Vec<String
     if (1..=NAMED).contains(&far.len()) && 2 * far.len() < medians.len() {
         for (k, times) in &far {
             said.push(format!(
-                "the response {} lies {times:.0} times as far from the model as the others: look whether it belongs to this point, and in which unit and \\
+                "the response {} lies {times:.0} times as far from the model as the others: look whether it belongs to this point, and in which unit and \
                  reference it was measured",
                 measured[*k].label
             ));
@@ -56,13 +57,11 @@ pub(super) fn stray(measured: &[Measured], distances: &[Vec<f64>]) -> Vec<String
     }
     alone.sort_by(|a, b| b.0.total_cmp(&a.0));
     if !alone.is_empty() {
-        let places: Vec<&str> = alone.iter().take(NAMED).map(|(_, place)| place.as_str()).collect();
-        let more = alone.len().saturating_sub(NAMED);
-        let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+        let places: Vec<&str> = alone.iter().map(|(_, place)| place.as_str()).collect();
         said.push(format!(
-            "{}{more}: {:.0} times as far from the model as is usual here, and alone among the frequencies beside: look at these rows, which make the noise \\
+            "{}: {:.0} times as far from the model as is usual here, and alone among the frequencies beside: look at these rows, which make the noise \
              large for all",
-            places.join(", "),
+            few(&places, NAMED),
             alone[0].0 / usual
         ));
     }

@@ -269,13 +269,10 @@ impl Objective for AboutItself<'_, '_> {
 
     fn evaluate(&self, z: &[f64], order: Order) -> Result<Energy, InferenceError> {
         let Self(training) = self;
-        let fault = |error: EngineError| {
-            if error.is_recoverable() { ForwardError::recoverable(error) } else { ForwardError::fatal(error) }
-        };
         let values = training.parameters.physical(&z[..training.parameters.len()]);
         let about = |answers| Heard::about_data(training.measured, training.errors, answers);
-        let heard = training.answered(&values).and_then(about).map_err(fault)?;
-        let data = training.blocks(&heard).data().map_err(fault)?;
+        let heard = training.answered(&values).and_then(about).map_err(ForwardError::from)?;
+        let data = training.blocks(&heard).data().map_err(ForwardError::from)?;
         let told = training.told(&heard, Order::First);
         Posterior::new(&told, &data, training.parameters)?.evaluate(z, order)
     }

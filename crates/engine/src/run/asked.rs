@@ -2,19 +2,16 @@
 
 use super::average::OpenModel;
 use super::combined::{assembly_of, first_model};
-use super::followed::{Followed, Sought};
+use super::followed::Sought;
 use super::inputs::{ambient_of_all, conditions, states};
-use super::meant::observed;
 use super::predicted::{Forecast, averaged};
-use crate::{
-    Assembly, BeyondTable, Conditions, EngineError, Misfit, Observed, PointModel, PointPrediction,
-    SavedModel, Spectrum, TrainedPosterior,
-};
+use super::ready::{Known, Ready};
+use crate::{BeyondTable, EngineError, Misfit, PointModel, PointPrediction, SavedModel, Spectrum};
 use rayon::prelude::*;
 use rijke_inference::{Parameter, normal_cdf};
 use rijke_network::Region;
 use rijke_numerics::{C64, InOrder};
-use rijke_study::{ObservedModes, PointState, Study};
+use rijke_study::{Cause, ObservedModes, Point, Study};
 use std::collections::BTreeMap;
 
 /// A point of which a model cannot say anything.
@@ -47,12 +44,22 @@ pub fn modes_at(
     };
     ambient.iter_mut().for_each(|t| *t = t.or(Some([study.rig.temperature, 0.0])));
     let states = states(study, &ambient, observations.is_some())?;
-    let mut conditions = conditions(study, point_of, states.get(&point), ambient[point])?;
+    let conditions_of = |point_of: &Point| conditions(study, point_of, states.get(&point), ambient[point]);
+    let mut conditions = conditions_of(point_of)?;
     let stated = conditions.base.temperature[0];
     let (assembly, values) = match model {
         Some(model) => {
             let assembly = assembly_of(study, &model.candidates, &model.hold)?;
             let posterior = model.posterior()?;
+            let mut read = point_of.clone();
+            for (cause, _) in &conditions.displaced {
+                let Cause::Factor { name, .. } = cause else { continue };
+                let factor = study.campaign.factor(name).zip(posterior.error_of(cause));
+                if let Some((k, [error, _])) = factor {
+                    read.factors[k] += error * point_of.factor_sds[k];
+                }
+            }
+            conditions = conditions_of(&read)?;
             conditions.base = posterior.as_inferred(&conditions.base);
             let known = posterior.gaussian;
             let value = |p: &Parameter| {
@@ -110,76 +117,40 @@ pub fn forecast(
     Ok((forecasts, failures))
 }
 
-/// What is known of the points of a study, whatever the model.
-struct Known<'a> {
-    study: &'a Study,
-    ambient: Vec<Option<[f64; 2]>>,
-    states: BTreeMap<usize, PointState>,
-    observed: Vec<Observed>,
-}
-
-impl<'a> Known<'a> {
-    fn of(study: &'a Study, observations: &ObservedModes) -> Result<Self, EngineError> {
-        let ambient = ambient_of_all(study, observations);
-        let states = states(study, &ambient, true)?;
-        let observed = observed(study, observations, &states, &ambient)?;
-        Ok(Self { study, ambient, states, observed })
-    }
-}
-
-/// A saved model, ready to predict.
+/// A saved model that is asked to predict.
 struct Asked<'a> {
-    known: &'a Known<'a>,
-    model: &'a SavedModel,
-    followed: Followed<'a>,
-    assembly: Assembly,
-    posterior: TrainedPosterior,
+    ready: Ready<'a>,
     misfit: Misfit,
     /// Misfit of the growth rate, without the errors of a measurement, 1/s.
     own_error: f64,
-    /// Ambient temperature of a point that was not measured: nothing else is known of it.
-    usual: Option<[f64; 2]>,
 }
 
 impl<'a> Asked<'a> {
     fn of(known: &'a Known<'a>, model: &'a SavedModel) -> Result<Self, EngineError> {
-        let Known { study, ambient, observed, .. } = known;
-        let posterior = model.posterior()?;
-        let used: Vec<Observed> =
-            observed.iter().filter(|o| model.trained_on.contains(&o.conditions.id)).cloned().collect();
-        let trained = || model.trained_on.iter().filter_map(|id| study.campaign.point(id).map(|(k, _)| k));
+        let ready = Ready::of(known, model)?;
+        let noise = &ready.posterior.noise;
         Ok(Self {
-            known,
-            model,
-            followed: Followed::of(study, observed, &model.trained_on),
-            assembly: assembly_of(study, &model.candidates, &model.hold)?,
-            misfit: Misfit::of_a_new_measurement(&posterior.noise, &used, model.measured),
-            own_error: Misfit::of_growth(&posterior.noise),
-            posterior,
-            usual: trained().find_map(|k| ambient[k]),
+            misfit: Misfit::of_a_new_measurement(noise, &known.trained(model), model.measured),
+            own_error: Misfit::of_growth(noise),
+            ready,
         })
-    }
-
-    fn conditions(&self, k: usize) -> Result<Conditions, EngineError> {
-        let Known { study, ambient, states, .. } = self.known;
-        conditions(study, &study.campaign.points[k], states.get(&k), ambient[k].or(self.usual))
-    }
-
-    /// The most probable parameters of the model.
-    fn values(&self) -> &[f64] {
-        &self.posterior.gaussian.mean[..self.assembly.parameters().len()]
     }
 
     /// The modes at these points, and the points that cannot have any.
     fn sought(&self, points: &[usize]) -> (Vec<(usize, Sought)>, Vec<Unpredicted>) {
-        let of = |k: &usize| self.followed.sought(&self.assembly, self.values(), &self.conditions(*k)?);
+        let of = |k: &usize| {
+            self.ready.followed.sought(&self.ready.assembly, self.ready.values(), &self.ready.conditions(*k)?)
+        };
         let found: Vec<_> = points.par_iter().map(of).collect();
         let (mut all, mut lost) = (Vec::new(), Vec::new());
         for (k, found) in points.iter().zip(found) {
             match found {
                 Ok(modes) => all.extend(modes.into_iter().map(|mode| (*k, mode))),
                 Err(why) => {
-                    lost.push(Unpredicted { point: self.known.study.campaign.points[*k].id.clone(), why });
+                    lost.push(Unpredicted {
+                        point: self.ready.known.study.campaign.points[*k].id.clone(),
+                        why,
+                    });
                 }
             }
         }
@@ -204,7 +175,7 @@ impl<'a> Asked<'a> {
             match found.and_then(apart) {
                 Ok(forecast) => forecasts.push(forecast),
                 Err(why) => {
-                    let point = self.known.study.campaign.points[*k].id.clone();
+                    let point = self.ready.known.study.campaign.points[*k].id.clone();
                     failures.push(Unpredicted { point, why });
                 }
             }
@@ -219,21 +190,22 @@ impl<'a> Asked<'a> {
     }
 
     fn one(&self, k: usize, Sought { label, near, lost }: &Sought) -> Result<Forecast, EngineError> {
-        let conditions = self.conditions(k)?;
-        let microphones = &self.known.study.rig.microphones;
+        let conditions = self.ready.conditions(k)?;
+        let microphones = &self.ready.known.study.rig.microphones;
         let heard = Some(microphones.reference).filter(|_| !microphones.at.is_empty());
-        let law = self.model.law.as_ref();
+        let law = self.ready.model.law.as_ref();
         let p: PointPrediction =
-            self.posterior.predict(&self.assembly, &conditions, heard.as_slice(), *near, law)?;
+            self.ready.posterior.predict(&self.ready.assembly, &conditions, heard.as_slice(), *near, law)?;
         let number = |k: usize| [p.values[k], p.sd(k, &self.misfit), p.sd(k, &Misfit::default())];
-        let (growth_rate, point) = (number(0), &self.known.study.campaign.points[k]);
+        let (growth_rate, point) = (number(0), &self.ready.known.study.campaign.points[k]);
         if growth_rate.iter().chain(&number(1)).any(|v| !v.is_finite()) {
-            return Err(EngineError::Damaged { stage: self.model.stage.clone() });
+            return Err(EngineError::Damaged { stage: self.ready.model.stage.clone() });
         }
         let stability_sd = growth_rate[2].hypot(self.own_error);
         let s = C64::new(p.values[0], p.values[1]);
-        let beyond = match self.assembly.has_tables() {
-            true => PointModel::new(&self.assembly, &conditions, &[])?.beyond_a_table(self.values(), s),
+        let beyond = match self.ready.assembly.has_tables() {
+            true => PointModel::new(&self.ready.assembly, &conditions, &[])?
+                .beyond_a_table(self.ready.values(), s),
             false => None,
         };
         Ok(Forecast {
@@ -254,12 +226,12 @@ impl<'a> Asked<'a> {
     /// The mode at a point that grows fastest of those that are not among `forecasts`: growth rate, 1/s, and
     /// frequency, Hz.
     fn other(&self, k: usize, forecasts: &[Forecast]) -> Option<([f64; 2], Option<BeyondTable>)> {
-        let id = &self.known.study.campaign.points[k].id;
+        let id = &self.ready.known.study.campaign.points[k].id;
         let here = forecasts.iter().filter(|f| f.point == *id);
         let predicted = here.map(|f| C64::new(f.growth_rate[0], f.angular_frequency[0]));
-        let conditions = self.conditions(k).ok()?;
-        let model = PointModel::new(&self.assembly, &conditions, &[]).ok()?;
-        let mut modes = model.modes(self.values()).ok()?;
+        let conditions = self.ready.conditions(k).ok()?;
+        let model = PointModel::new(&self.ready.assembly, &conditions, &[]).ok()?;
+        let mut modes = model.modes(self.ready.values()).ok()?;
         // Predictions count the errors of base states that were inferred along, so that the same mode lies a
         // little apart.
         for predicted in predicted {
@@ -271,7 +243,7 @@ impl<'a> Asked<'a> {
             }
         }
         let other = *modes.iter().max_by(|a, b| a.re.total_cmp(&b.re))?;
-        let beyond = model.beyond_a_table(self.values(), other);
+        let beyond = model.beyond_a_table(self.ready.values(), other);
         Some(([other.re, other.im / std::f64::consts::TAU], beyond))
     }
 }

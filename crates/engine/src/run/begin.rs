@@ -54,7 +54,7 @@ impl Run {
             selected(&study, &observed, &stage.points).is_empty() && study.plan.grounds(stage).is_empty()
         };
         if let Some(stage) = study.plan.stages.iter().find(idle) {
-            return Err(EngineError::NoPoint { stage: stage.id.clone() });
+            return Err(EngineError::no_point(&study, &stage.id, &stage.points));
         }
         at_all_points(&study, &states, &ambient)?;
         Ok(Self {

@@ -1,6 +1,7 @@
 //! Points at which the laws of a model are extrapolated.
 
 use super::elsewhere::T_AMB;
+use rijke_numerics::range;
 use rijke_study::{Point, Study, unit_behind};
 
 /// A factor of a point beyond those of the points that trained a model.
@@ -24,7 +25,8 @@ impl Beyond {
     /// A sentence without its stop.
     #[must_use]
     pub fn words(&self) -> String {
-        let Self { point, factor, value, trained: [low, high], unit, part } = self;
+        let Self { point, factor, unit, part, .. } = self;
+        let [value, low, high] = [self.value, self.trained[0], self.trained[1]].map(shortened);
         let unit = unit_behind(unit);
         match part {
             Some(part) => format!(
@@ -35,6 +37,11 @@ impl Beyond {
             ),
         }
     }
+}
+
+/// A number to six digits.
+fn shortened(value: f64) -> f64 {
+    format!("{value:.5e}").parse().unwrap_or(value)
 }
 
 /// How far the ambient temperature may lie from all that trained, K: that of another season. The sound speed
@@ -48,8 +55,7 @@ pub fn beyond(study: &Study, trained_on: &[String], places: &[usize], axes: &[us
     let campaign = &study.campaign;
     let trained = |of: &dyn Fn(&Point) -> Option<f64>| {
         let points = trained_on.iter().filter_map(|id| campaign.point(id));
-        let all = points.filter_map(|(_, point)| of(point)).filter(|v| v.is_finite());
-        all.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| [low.min(v), high.max(v)])
+        range(points.filter_map(|(_, point)| of(point)).filter(|v| v.is_finite()))
     };
     let rig = &study.rig;
     let brought = |k: usize| rig.parts.iter().find(|p| rig.presence(p) == Some(k)).map(|p| p.name.clone());

@@ -4,7 +4,6 @@
 use super::course::{Chosen, Run};
 use super::found::{Checks, PointCheck, SumCheck};
 use crate::EngineError;
-use crate::observed::Used;
 use rayon::prelude::*;
 use rijke_numerics::Streams;
 use rijke_study::plan::Stage;
@@ -49,9 +48,7 @@ impl Run {
     #[must_use]
     pub fn data_of(&self, id: &str, chosen: &Chosen) -> Option<Vec<Datum>> {
         let stage = self.study.plan.stages.iter().find(|s| s.id == id)?;
-        let (reference, microphones) = (self.rig.microphones.reference, self.microphones(stage));
-        let used: Vec<Used> = chosen.observed.iter().map(|o| o.used(&microphones, reference)).collect();
-        let rows = chosen.rows(&used);
+        let rows = chosen.rows(&chosen.used(&self.rig, stage));
         Some(rows.into_iter().map(|(observation, row)| Datum { observation, row }).collect())
     }
 
@@ -65,11 +62,7 @@ impl Run {
         chosen: &Chosen,
         rival: Option<(&str, &Chosen)>,
     ) -> Result<Checks, EngineError> {
-        let (reference, microphones) = (self.rig.microphones.reference, self.microphones(stage));
-        let rows_of = |chosen: &Chosen| {
-            let used: Vec<Used> = chosen.observed.iter().map(|o| o.used(&microphones, reference)).collect();
-            chosen.rows(&used)
-        };
+        let rows_of = |chosen: &Chosen| chosen.rows(&chosen.used(&self.rig, stage));
         let rows = rows_of(chosen);
         let others = rival.map(|(_, rival)| (rival, rows_of(rival)));
         let linear = &chosen.trained.linear.0;

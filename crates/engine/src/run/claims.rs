@@ -4,6 +4,7 @@
 use super::answers::Answer;
 use super::frame::{Frame, FrameColumn, FrameRow, finite};
 use super::record::{ModelRecord, StageRecord};
+use rijke_numerics::range;
 use rijke_rig::DataKind;
 use rijke_study::{ClaimNumber, Claims, Statement, Take};
 use serde::{Deserialize, Serialize};
@@ -169,8 +170,7 @@ fn taken(q: &ClaimNumber, table: &Frame) -> Option<f64> {
     }
     let mean = |f: &dyn Fn(f64) -> f64| all.iter().map(|v| f(*v)).sum::<f64>() / all.len() as f64;
     let centre = mean(&|v| v);
-    let least = all.iter().copied().fold(f64::INFINITY, f64::min);
-    let most = all.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let [least, most] = range(all.iter().copied());
     Some(match q.take {
         Take::Mean => centre,
         Take::Rms => mean(&|v| v * v).sqrt(),

@@ -19,7 +19,7 @@ impl Run {
     ) -> Result<(Vec<Row>, Vec<Found>), EngineError> {
         let points = selected(&self.study, &self.observed, &stage.points);
         if points.is_empty() && self.study.plan.grounds(stage).is_empty() {
-            return Err(EngineError::NoPoint { stage: stage.id.clone() });
+            return Err(EngineError::no_point(&self.study, &stage.id, &stage.points));
         }
         let rows: Vec<Row> = self.rows(stage).into_iter().filter(wanted).collect();
         let mut earlier = Earlier::new(self);

@@ -1,6 +1,7 @@
 //! A study with what has been trained of it so far.
 
 use super::record::{CarriedOn, ModelRecord, TrainedParameter};
+use crate::observed::Used;
 use crate::response::Ground;
 use crate::rows::Choice;
 use crate::{Assembly, EngineError, NamedGaussian, Observed, PointModel, Trained};
@@ -8,6 +9,7 @@ use rijke_inference::SamplerKind;
 use rijke_network::{Response, Workspace};
 use rijke_numerics::Order;
 use rijke_rig::ChannelErrors;
+use rijke_study::plan::Stage;
 use rijke_study::{HeatedFit, PointState, Rig, Study};
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -68,6 +70,12 @@ impl Chosen {
         own.map(|c| (c.role.clone(), c.id.clone())).collect()
     }
 
+    /// What the microphones of a stage measured of the modes that trained it.
+    pub(super) fn used(&self, rig: &Rig, stage: &Stage) -> Vec<Used> {
+        let (reference, microphones) = (rig.microphones.reference, microphones_of(rig, stage));
+        self.observed.iter().map(|o| o.used(&microphones, reference)).collect()
+    }
+
     /// An observation as the model itself has it at its most probable parameters, at some microphones:
     /// without the errors of base states and channels that training found beside them.
     pub(super) fn solved(&self, o: &Observed, microphones: &[usize]) -> Result<Response, EngineError> {
@@ -75,6 +83,12 @@ impl Chosen {
         let values = &self.trained.values[..self.trained.own];
         model.respond(values, Order::Value, &mut Workspace::default())
     }
+}
+
+/// The microphones that a stage uses.
+pub(super) fn microphones_of(rig: &Rig, stage: &Stage) -> Vec<usize> {
+    let names = &rig.microphones.names;
+    (0..names.len()).filter(|m| stage.hears(&names[*m])).collect()
 }
 
 /// The parameters that models of later stages found, by stage and model.

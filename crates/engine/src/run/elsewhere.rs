@@ -1,9 +1,10 @@
 //! Conditions that are asked for, measured or not, as points beside those of the campaign.
 
 use crate::EngineError;
+use rijke_numerics::range;
 use rijke_rig::Day;
 use rijke_study::plan::{Base, MapGrid, Selection};
-use rijke_study::{Campaign, Point, SURROUNDINGS, Study};
+use rijke_study::{Campaign, Factor, Point, SURROUNDINGS, Study};
 use std::collections::BTreeMap;
 
 /// How far beyond the campaign a factor may be asked for, in its range or its largest value.
@@ -16,7 +17,8 @@ const T_AMB_SD: &str = "T_amb_sd";
 /// A condition that is asked for.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct AskedPoint {
-    /// Values of factors, SI, and of `T_amb` and `T_amb_sd`, K.
+    /// Values of factors, SI, with `X_sd` the standard deviation of a factor X, and of `T_amb` and `T_amb_sd`,
+    /// K.
     pub values: BTreeMap<String, f64>,
     /// The day whose error of T_amb it shares; without one it has an error of its own.
     pub day: Option<String>,
@@ -38,9 +40,16 @@ impl AskedPoint {
     }
 
     fn name(&self) -> String {
-        let values = self.values.iter().map(|(name, value)| format!("{name}={value}"));
+        let values = self.values.iter().map(|(name, value)| format!("{name}={}", as_typed(*value)));
         values.chain(self.day.iter().map(|day| format!("day={day}"))).collect::<Vec<_>>().join(" ")
     }
+}
+
+/// A number as somebody typed it; one that was computed, as nodes of grids are, to six digits.
+fn as_typed(value: f64) -> String {
+    const TYPED: usize = 9;
+    let all = value.to_string();
+    if all.len() <= TYPED { all } else { format!("{value:.5e}").parse().unwrap_or(value).to_string() }
 }
 
 /// The nodes of a map, row after row of its vertical factor. All else is the same at every node: what `at`
@@ -81,7 +90,8 @@ pub fn over_map(
 /// which it differs from the point of the campaign that is nearest in them: one of those that `among` means,
 /// or any if none of these has a value of every factor.
 ///
-/// A condition that is no point of the campaign has an error of its ambient temperature of its own, of the
+/// A condition that is no point of the campaign has factors as they are set, unless it states a deviation
+/// `X_sd`, or all points share the error of X. It has an error of its ambient temperature of its own, of the
 /// standard deviation `T_amb_sd`, or of that of the point that it is like; it shares that of a day if it
 /// names one.
 ///
@@ -103,8 +113,7 @@ pub fn with_points<A: Clone + Into<AskedPoint>>(
         let mut point = Point {
             id: name.clone(),
             installation: name.clone(),
-            // What is asked is what is set.
-            factor_sds: vec![0.0; like.factors.len()],
+            factor_sds: sds_of(study, like, &asked),
             day: asked.day.clone().unwrap_or_default(),
             ..like.clone()
         };
@@ -120,7 +129,9 @@ pub fn with_points<A: Clone + Into<AskedPoint>>(
         let itself = |p: &Point| {
             let mut factors = p.factors.iter().zip(&point.factors);
             let day = asked.day.as_ref().is_none_or(|day| *day == p.day);
+            let as_set = campaign.factors.iter().all(|f| !asked.values.contains_key(&sd_of(&f.name)));
             ambient.or(sd).is_none()
+                && as_set
                 && asked.like.is_none()
                 && day
                 && p.row == like.row
@@ -143,6 +154,22 @@ pub fn with_points<A: Clone + Into<AskedPoint>>(
         wider.campaign.points.push(point);
     }
     Ok((wider, places))
+}
+
+/// Standard deviations of the factors of a condition: what is asked is what is set, but where a meter has an
+/// error that all points share it reads wrongly here too, and where the condition states a deviation.
+fn sds_of(study: &Study, like: &Point, asked: &AskedPoint) -> Vec<f64> {
+    let factors = study.campaign.factors.iter().zip(&like.factor_sds);
+    let one = |(factor, sd): (&Factor, &f64)| {
+        let stated = asked.values.get(&sd_of(&factor.name)).copied();
+        stated.unwrap_or(if study.plan.common_errors.contains(&factor.name) { *sd } else { 0.0 })
+    };
+    factors.map(one).collect()
+}
+
+/// What the standard deviation of a factor is called beside it.
+fn sd_of(factor: &str) -> String {
+    format!("{factor}_sd")
 }
 
 /// The point of the campaign of which a condition has all that it does not say.
@@ -186,10 +213,16 @@ fn given_and_like(
             }
             continue;
         }
+        if campaign.factor(name).is_none() && campaign.factors.iter().any(|f| sd_of(&f.name) == *name) {
+            if !(*value >= 0.0 && value.is_finite()) {
+                return fail(format!("{name} = {value}: a standard deviation is zero or more"));
+            }
+            continue;
+        }
         let Some(k) = campaign.factor(name) else {
             return fail(format!("there is no factor called `{name}`"));
         };
-        let [low, high] = range(campaign, k);
+        let [low, high] = range_of(campaign, k);
         // A unit of another size is further away than any sound extrapolation.
         let reach = FARTHEST * (high - low).max(low.abs()).max(high.abs());
         if *value < low - reach || *value > high + reach {
@@ -216,7 +249,7 @@ fn given_and_like(
     let has = |p: &Point| given.iter().all(|(k, _)| p.factors[*k].is_finite());
     // As like it as possible in what was asked: what is not asked is taken from there.
     let scale = |k: usize| {
-        let [low, high] = range(campaign, k);
+        let [low, high] = range_of(campaign, k);
         if high > low { high - low } else { 1.0 }
     };
     let distance =
@@ -232,7 +265,6 @@ fn given_and_like(
 }
 
 /// The lowest and the highest value of a factor in the campaign.
-fn range(campaign: &Campaign, k: usize) -> [f64; 2] {
-    let all = campaign.points.iter().map(|p| p.factors[k]).filter(|v| v.is_finite());
-    all.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| [low.min(v), high.max(v)])
+fn range_of(campaign: &Campaign, k: usize) -> [f64; 2] {
+    range(campaign.points.iter().map(|p| p.factors[k]).filter(|v| v.is_finite()))
 }

@@ -3,7 +3,7 @@
 use super::inputs::conditions;
 use crate::{Assembly, Conditions, EngineError, Observed, PointModel};
 use rijke_network::Workspace;
-use rijke_numerics::{C64, Order};
+use rijke_numerics::{C64, Order, range};
 use rijke_study::{Point, Study};
 use std::sync::Arc;
 
@@ -62,12 +62,12 @@ impl<'a> Followed<'a> {
                 labels.push(mode.label.clone());
             }
         }
-        let range = |k: usize| {
+        let width = |k: usize| {
             let all = seen.iter().map(|m| m.conditions.point.factors[k]).filter(|v| v.is_finite());
-            let (low, high) = all.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)));
+            let [low, high] = range(all);
             if high > low { high - low } else { 1.0 }
         };
-        let ranges = (0..study.campaign.factors.len()).map(range).collect();
+        let ranges = (0..study.campaign.factors.len()).map(width).collect();
         Self { study, seen, labels, ranges }
     }
 

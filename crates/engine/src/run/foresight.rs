@@ -99,7 +99,7 @@ pub fn foresight(
             .map(|(k, p)| conditions_or_ambient(study, p, states.get(k), known[*k]))
             .collect::<Result<_, _>>()?;
         if points.is_empty() {
-            return Err(EngineError::NoPoint { stage: stage.id.clone() });
+            return Err(EngineError::no_point(study, &stage.id, &stage.points));
         }
         let modes = observations.map_or(&[][..], |o| &o.modes);
         let measured_at = |(k, _): &(usize, &rijke_study::Point)| -> Vec<C64> {

@@ -108,7 +108,7 @@ impl Checks {
     /// The largest probability that counts as never: that of at most one of a thousand draws.
     const NEVER: f64 = 2.5e-3;
 
-    /// The kinds of residuals that are larger than the stated noise allows.
+    /// The kinds of residuals that are larger than noise and stated errors allow.
     pub fn beyond_noise(&self) -> impl Iterator<Item = &SumCheck> {
         self.sums.iter().filter(|s| s.probability.is_some_and(|p| p < Self::NEVER))
     }

@@ -13,7 +13,6 @@ use super::course::{Chosen, Run};
 use super::found::{ExactLengths, LengthError};
 use super::inputs::conditions_or_ambient;
 use super::record::ModelRecord;
-use crate::observed::Used;
 use crate::predictor::Predictor;
 use crate::{Assembly, EngineError, Observed};
 use rayon::prelude::*;
@@ -117,8 +116,7 @@ impl Run {
         drift: &[(&str, f64)],
         step: f64,
     ) -> Result<Vec<f64>, EngineError> {
-        let (microphones, reference) = (self.microphones(stage), self.rig.microphones.reference);
-        let used: Vec<Used> = model.observed.iter().map(|o| o.used(&microphones, reference)).collect();
+        let used = model.used(&self.rig, stage);
         let observed = self.moved(study, &model.observed)?;
         let candidates = model.assembly.candidates().iter().filter(|c| c.role != "rig").cloned().collect();
         let assembly = Assembly::new(Arc::new(study.rig.clone()), candidates, &model.assembly.held())?;

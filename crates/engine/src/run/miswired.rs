@@ -1,7 +1,7 @@
 //! Microphones that were exchanged, or have the other polarity, at all points, or at those of a day or of an
 //! installation: by training again with the data put right.
 
-use super::course::{Chosen, Run};
+use super::course::{Chosen, Run, microphones_of};
 use crate::rows::Row;
 use crate::{EngineError, Observed};
 use rijke_numerics::{C64, Jet, Matrix};
@@ -43,7 +43,7 @@ impl Run {
     ) -> Result<Option<String>, EngineError> {
         let reference = self.rig.microphones.reference;
         // Without errors of gains.
-        let microphones = self.microphones(stage);
+        let microphones = microphones_of(&self.rig, stage);
         let of_model = |o: &Observed| {
             let used = o.used(&microphones, reference);
             if used.others.is_empty() {

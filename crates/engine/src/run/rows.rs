@@ -1,7 +1,7 @@
 //! The rows of a stage's table: which candidates make each model, and what training finds of it.
 
 use super::combined::{assembly_of, rows_of};
-use super::course::{Chosen, Elsewhere, Found, Run, StandsOn, Trusted};
+use super::course::{Chosen, Elsewhere, Found, Run, StandsOn, Trusted, microphones_of};
 use super::doubts::{beyond_tables, doubts, feeding, other_sign};
 use super::matching::check_modes;
 use super::maxima::of_all;
@@ -12,10 +12,12 @@ use crate::observed::Used;
 use crate::rows::{Choice, Row};
 use crate::{EngineError, Misfit, NamedGaussian, Observed, PointModel, Trained, Training, train};
 use rijke_inference::{AssessOptions, MapOptions, Parameter, TrustRegion};
+use rijke_numerics::words::few;
 use rijke_numerics::{C64, Streams};
 use rijke_rig::ModeRows;
 use rijke_study::Effect;
 use rijke_study::plan::{NoiseSpec, Stage};
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 impl Run {
@@ -129,6 +131,7 @@ impl Run {
             doubts.extend(self.bent(stage, &found));
             doubts.extend(self.turned(stage, row, &found)?);
             doubts.extend(self.miswired(stage, row, &found)?);
+            doubts.extend(self.other_columns(stage, row, &found)?);
         }
         let apart =
             |(a, b): (&[f64; 2], &[f64; 2])| (a[0] - b[0]).hypot(a[1] - b[1]) > 1e-6 * b[0].hypot(b[1]);
@@ -140,6 +143,9 @@ impl Run {
             .iter()
             .cloned()
             .chain(doubled)
+            .chain(self.meters(&found))
+            .chain(self.one_sided(&found))
+            .chain(idle_laws(&found, &record.predicted))
             .chain(said)
             .chain(doubts)
             .chain(counted)
@@ -156,8 +162,7 @@ impl Run {
         found: &'a Chosen,
         predicted: &[[f64; 2]],
     ) -> (Vec<[f64; 2]>, Vec<Shape<'a>>) {
-        let (microphones, reference) = (self.microphones(stage), self.rig.microphones.reference);
-        let used: Vec<Used> = found.observed.iter().map(|o| o.used(&microphones, reference)).collect();
+        let used = found.used(&self.rig, stage);
         let mut fitted = predicted.to_vec();
         let mut left: Vec<Vec<f64>> = used.iter().map(|u| vec![0.0; u.size()]).collect();
         for ((k, row), residual) in found.rows(&used).into_iter().zip(&found.trained.linear.0.residuals) {
@@ -178,12 +183,6 @@ impl Run {
         };
         let shapes = used.iter().zip(&left).zip(found.observed.iter()).map(shape).collect();
         (fitted, shapes)
-    }
-
-    /// The microphones that a stage uses.
-    pub(super) fn microphones(&self, stage: &Stage) -> Vec<usize> {
-        let names = &self.rig.microphones.names;
-        (0..names.len()).filter(|m| stage.hears(&names[*m])).collect()
     }
 
     /// The microphone to which pressures are relative, if there is one.
@@ -292,7 +291,7 @@ impl Run {
             Trusted::Checked | Trusted::Sampled(..) => Some(usual),
         };
         Training {
-            microphones: self.microphones(stage),
+            microphones: microphones_of(&self.rig, stage),
             noise,
             known,
             channels: self.channels.clone().filter(|_| stage.channels),
@@ -309,4 +308,29 @@ impl Run {
 fn gauss_newton() -> MapOptions {
     let options = MapOptions::default();
     MapOptions { search: TrustRegion { tolerance: 1e-10, ..options.search }, ..options }
+}
+
+/// Laws that are zero at every point of a model, in a sentence: by such a law no candidate can be told from
+/// another.
+fn idle_laws(found: &Chosen, predicted: &[[f64; 2]]) -> Option<String> {
+    let values = &found.trained.values[..found.trained.own];
+    let zero = |(o, [_, omega]): (&Observed, &[f64; 2])| {
+        let model = PointModel::new(&found.assembly, &o.conditions, &[]).ok()?;
+        Some(model.zero_laws(values, *omega).into_iter().collect::<BTreeSet<_>>())
+    };
+    let mut all = found.observed.iter().zip(predicted).filter_map(zero);
+    let first = all.next()?;
+    let idle = all.fold(first, |known, here| &known & &here);
+    let candidates = found.assembly.candidates();
+    let said = |[c, e]: [usize; 2]| {
+        let (candidate, effect) = (&candidates[c], &candidates[c].effects[e]);
+        format!("`{}` of `{}` at {}", effect.coefficient.name(), candidate.id, effect.place_text)
+    };
+    let said: Vec<String> = idle.into_iter().map(said).collect();
+    (!said.is_empty()).then(|| {
+        format!(
+            "{} is 0 at every point, so that it changes nothing: look at its place and its factors",
+            few(&said, 4)
+        )
+    })
 }

@@ -5,7 +5,6 @@ use super::course::{Chosen, Run, StandsOn, Trusted};
 use super::miswired::LEADS;
 use super::shapes::rms;
 use crate::noise::measured_sd;
-use crate::observed::Used;
 use crate::rows::Row;
 use crate::{EngineError, Observed};
 use rijke_numerics::{C64, Matrix};
@@ -184,8 +183,7 @@ impl Run {
 
     /// True if the imaginary parts that a model predicts are nearer to the measured ones with the other sign.
     fn nearer_conjugated(&self, stage: &Stage, found: &Chosen) -> bool {
-        let (microphones, reference) = (self.microphones(stage), self.rig.microphones.reference);
-        let used: Vec<Used> = found.observed.iter().map(|o| o.used(&microphones, reference)).collect();
+        let used = found.used(&self.rig, stage);
         let (mut as_they_are, mut turned) = (0.0, 0.0);
         for ((k, row), residual) in found.rows(&used).into_iter().zip(&found.trained.linear.0.residuals) {
             if row < 2 || row % 2 == 0 {

@@ -30,9 +30,10 @@ pub fn tell_foresight(study: &Study, stage: &StageForesight, tell: &dyn Tell) {
         && let shared = shared_installations(study, plan)
         && shared > 0
     {
-        let hold = if shared == 1 { "1 installation holds" } else { &format!("{shared} installations hold") };
         tell.say(format!(
-            "  {hold} several of these points, which count as independent: if assemblies differ, state `installation` in the noise of this stage"
+            "  points of one installation count as independent ({} with several of these): if the rig differs from assembly to assembly, state \
+             `installation` in [stage.noise]",
+            counted(shared, "installation")
         ));
     }
     if study.plan.stage(&stage.id).is_some_and(|(_, plan)| plan.base_errors) {

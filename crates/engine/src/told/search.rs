@@ -86,8 +86,8 @@ impl SearchRecord {
         });
         if let Some(within) = self.within.filter(|_| left > 0) {
             tell.say(format!(
-                "given up at {within} nats: at most {:.1e} of the probability, if none of it gains more by other later candidates than the most \
-                 that one which was followed gained",
+                "pruned at {within} nats: at most {:.1e} of the probability, if no pruned model gains more from later candidates than those that were \
+                 followed gained (docs/search.md)",
                 self.given_up_at_most
             ));
         }

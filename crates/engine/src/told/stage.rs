@@ -52,11 +52,15 @@ pub fn tell_stage(stage: &StageRecord, tell: &dyn Tell) {
         let size = |k: usize| Some(model.misfit[k].abs()).filter(|v| *v >= NO_MISFIT[k]).unwrap_or(0.0);
         let [growth, frequency, pressure] = [0, 1, 2].map(size);
         let trained = !stage.measured.is_empty();
+        let of_pressures = if pressure > 0.0 {
+            format!(", {} of relative pressures", rounded(pressure))
+        } else {
+            String::new()
+        };
         let misfit = format!(
-            "      misfit beyond the measured errors: {} 1/s, {} Hz, {} of relative pressures",
+            "      misfit beyond the measured errors: {} 1/s, {} Hz{of_pressures}",
             rounded(growth),
-            rounded(frequency / std::f64::consts::TAU),
-            rounded(pressure)
+            rounded(frequency / std::f64::consts::TAU)
         );
         tell.say(if trained { misfit } else { "      no mode was measured: nothing was trained".to_owned() });
         if let Some(missed) = &stage.missed {
@@ -64,8 +68,8 @@ pub fn tell_stage(stage: &StageRecord, tell: &dyn Tell) {
         }
         for sum in stage.checks.iter().flat_map(Checks::beyond_noise) {
             tell.say(format!(
-                "      the {} lie farther from the model than the stated noise allows: chi squared {:.1} of {} numbers (p {}); the evidence and the deviations \
-                 below count on that noise: let it float, or look at the points that the page marks",
+                "      the {} lie farther from the model than noise and stated errors allow: chi squared {:.1} of {} numbers (p {}); the evidence and the deviations \
+                 below count on these: let a noise that is stated float, look at the points that the page marks, and at what is stated of T_amb and factors",
                 sum.what,
                 sum.chi_squared,
                 sum.count,
@@ -94,7 +98,7 @@ pub fn tell_stage(stage: &StageRecord, tell: &dyn Tell) {
 /// What later stages make of the models that a stage leaves open.
 fn carried_on(stage: &StageRecord, tell: &dyn Tell) {
     if !stage.carried.is_empty() {
-        tell.say("      these points leave models open; with the best models of later stages (in brackets) they have:".to_owned());
+        tell.say("      not decided here; evidence of this and all later stages, with the best later models in brackets:".to_owned());
     }
     for (open, nats) in stage.carried_below_best() {
         let later: Vec<&str> = open.later.iter().map(|l| l.model.as_str()).collect();

@@ -219,6 +219,6 @@ mod tests {
         let twice = format!("{row}positions_cm = [5, 5]\n");
         assert_eq!(message(&twice), "c.toml: points: `A-05` appears twice; every name must be different");
         let typo = format!("{row}position_cm = [5]\n");
-        assert!(message(&typo).starts_with("c.toml:8:1: unknown field `position_cm`, expected one of "));
+        assert!(message(&typo).starts_with("c.toml:8:1: there is no key `position_cm`; "));
     }
 }

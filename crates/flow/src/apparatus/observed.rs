@@ -67,9 +67,9 @@ impl TubeObservations {
             }
         }
         let Some(HeatedTube { mut rig, ramps }) = HeatedTube::read_within(folder, points())? else {
-            let what = "is missing; the flow needs the geometry of the heated tube: put tube.toml beside the records and process \
-                        them again, or beside the observations";
-            return Err(keys("the file", what));
+            let what =
+                "put the geometry of the heated tube there, or beside the records and process them again";
+            return Err(keys("no such file", what));
         };
         let known = &observations.rig;
         let close = |a: f64, b: f64| (a - b).abs() <= SAME * b.abs();

@@ -107,8 +107,8 @@ mod tests {
         refused(
             "inner_diameter = 0.0474",
             "inner_diamter = 0.0474",
-            "a/rig.toml:11:1: unknown field `inner_diamter`, expected one of `length`, `inner_diameter`, \
-             `wall_thickness`",
+            "a/rig.toml:11:1: there is no key `inner_diamter`; did you mean `inner_diameter`? Known here: length, \
+             inner_diameter, wall_thickness",
         );
         refused(
             "reference = 5",

@@ -101,7 +101,7 @@ fn exact_observations_know_their_tube_and_refuse_another() {
         "`K` is not a unit of this quantity, which is in W",
     );
     fs::remove_file(folder.join(HeatedTube::FILE)).unwrap();
-    refused(&|_| (), "tube.toml: the file: is missing; the flow needs the geometry");
+    refused(&|_| (), "tube.toml: no such file: put the geometry of the heated tube there");
     fs::remove_dir_all(folder).unwrap();
 }
 

@@ -30,7 +30,7 @@ impl FormulaError {
 #[non_exhaustive]
 pub enum FormulaProblem {
     /// A character that no formula contains.
-    #[error("`{0}` does not belong into a formula")]
+    #[error("there is no `{0}` in formulas: known are + - * / ^, brackets, commas, numbers and names")]
     Character(char),
     /// An operand is missing.
     #[error("a number, a name or an opening parenthesis is missing here")]

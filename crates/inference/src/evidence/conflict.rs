@@ -125,8 +125,8 @@ impl std::fmt::Display for ConflictWarning {
                 let prior = if *carried { prior(carried) } else { "their priors" };
                 write!(
                     f,
-                    "the parameters together lie {sds:.1} sd from {prior}, an sd being the move that these data could be \
-                     expected to cause; the prior density there is {penalty:.1} nats below its maximum"
+                    "the data contradict {prior}: together the parameters moved {sds:.1} standard deviations of the move that such data cause; \
+                     the prior density there is {penalty:.1} nats below its maximum"
                 )
             }
         }

@@ -67,6 +67,14 @@ impl std::fmt::Display for Apart {
     }
 }
 
+impl OtherMaximum {
+    /// Whether it holds so much of the evidence of the best one that [`further_maxima`] names it.
+    #[must_use]
+    pub fn is_heavy(&self) -> bool {
+        self.ln_marginal.is_some() && -self.below > MODE_LIMIT
+    }
+}
+
 /// "another maximum at tau = 0.0093 s (best 0.0031 s), 29.0 nats lower".
 impl std::fmt::Display for OtherMaximum {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
@@ -178,8 +186,7 @@ const NAMED: usize = 4;
 /// places and probabilities.
 #[must_use]
 pub fn further_maxima(modes: &[OtherMaximum]) -> Option<String> {
-    let mut heavy: Vec<&OtherMaximum> =
-        modes.iter().filter(|m| m.ln_marginal.is_some() && -m.below > MODE_LIMIT).collect();
+    let mut heavy: Vec<&OtherMaximum> = modes.iter().filter(|m| m.is_heavy()).collect();
     heavy.sort_by(|a, b| a.below.total_cmp(&b.below));
     let heaviest = heavy.first()?;
     let place = |m: &&OtherMaximum| {

@@ -94,7 +94,7 @@ fn exact_messages_name_file_line_and_remedy() {
     let message = |name, truth: &str, campaign: &str| observe(name, truth, campaign).unwrap_err().to_string();
     let plain = tube(CLOSED_OPEN);
     let unknown = plain.replace("layers", "layer");
-    assert!(message("key", &unknown, "point,T_amb\na,293.15\n").contains("unknown field `layer`, expected"));
+    assert!(message("key", &unknown, "point,T_amb\na,293.15\n").contains("there is no key `layer`; "));
     let factor = plain.replace("length = 0.8", "length = \"reach\"");
     let found = message("factor", &factor, "point,depth [mm],T_amb\na,3,293.15\n");
     assert!(found.contains("point a: `reach` has no value") && found.contains("depth"), "{found}");

@@ -1,6 +1,7 @@
 //! What is wrong with a network file.
 
 use super::problem::ElementProblem;
+use rijke_numerics::words::of_toml;
 
 /// What is wrong with a network file.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -51,6 +52,7 @@ pub enum FileError {
 
 impl FileError {
     pub(super) fn syntax(error: &toml::de::Error) -> Self {
-        Self::Syntax { message: error.to_string().trim_end().to_owned() }
+        let (all, said) = (error.to_string(), error.message());
+        Self::Syntax { message: all.trim_end().replace(said, &of_toml(said)) }
     }
 }

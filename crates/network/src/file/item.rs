@@ -2,6 +2,7 @@
 
 use super::error::FileError;
 use super::problem::ElementProblem;
+use rijke_numerics::words::of_toml;
 use serde::Deserialize;
 
 /// An element or an end, as messages call it.
@@ -50,7 +51,7 @@ impl Item {
         let texts: Vec<(String, String)> =
             table.iter().filter_map(|(key, value)| Some((key.clone(), value.as_str()?.to_owned()))).collect();
         T::deserialize(toml::Value::Table(table)).map_err(|error| {
-            let mut message = error.message().to_owned();
+            let mut message = of_toml(error.message());
             if message.starts_with("invalid type: string") && message.contains("f64") {
                 let of = |(_, text): &&(String, String)| message.contains(&format!("{text:?}"));
                 if let Some((key, _)) = texts.iter().find(of) {

@@ -164,7 +164,7 @@ impl Sizes {
 
     fn cold(&self, item: &Item, value: f64) -> Option<Warning> {
         let remedy = || format!("if these are degrees Celsius, write {}", value + 273.15);
-        let why = || "so cold that most gases are none".to_owned();
+        let why = || "colder than any gas of a rig".to_owned();
         (self.freezes && value < COLDEST).then(|| size(item, "temperature", value, "K", why(), remedy()))
     }
 }

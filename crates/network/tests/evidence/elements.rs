@@ -231,7 +231,11 @@ fn exact_feedback_may_be_a_function() {
     let feedback = "[[element]]\ntype = 'feedback'\neu = { gain = -0.4, delay = 1e-3, cutoff_hz = 200, numerator = [1, 1e-4] }";
     same(&modes(&with(feedback)), &modes(&with(flame)), 1e-13);
     let said = read(&with("[[element]]\ntype = 'feedback'\neu = { gian = 1 }")).unwrap_err().to_string();
-    assert!(said.contains("element 2 (feedback)") && said.contains("unknown field `gian`"), "{said}");
+    assert!(
+        said.contains("element 2 (feedback)")
+            && said.contains("there is no key `gian`; did you mean `gain`?"),
+        "{said}"
+    );
     // An impedance with a delay has poles without a formula: they are searched for and counted.
     let tube = with("").replace(
         "[downstream]\ntype = 'constant'\nmodulus = 0.9\nangle = 3.1",

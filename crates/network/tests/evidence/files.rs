@@ -260,7 +260,7 @@ fn exact_mistakes_in_files_are_named() {
     assert!(said(&cold).contains("temperature is -3"));
     let unknown = said(&format!("{ENDS}{duct}[[element]]\ntype = \"horn\"\n"));
     assert!(
-        unknown.starts_with("line 10: element 2 (horn): unknown variant `horn`, expected one of `duct`"),
+        unknown.starts_with("line 10: element 2 (horn): `horn` is not known; known here: duct"),
         "{unknown}"
     );
     let key = said(&format!("{ENDS}{duct}lenght = 2\n"));

@@ -3,6 +3,7 @@
 use super::map;
 use rijke_draw::{Axis, COLUMN, DOT, Figure, INK, Key, Mark, Panel, Stroke, model_stroke, scale_stroke};
 use rijke_engine::run::{Answer, AnswerPanel, Frame, FrameRow, Layer, LayerLook, symbol};
+use rijke_numerics::range;
 use rijke_rig::DataKind;
 
 /// Where a figure will be seen.
@@ -157,8 +158,7 @@ fn panel(answer: &Answer, panel: &AnswerPanel, tag: &str, colours: &Colours, siz
 /// The ends of every value with its error; an error larger than all values are apart does not stretch the
 /// axis.
 fn spans(values: &[(f64, f64)]) -> Vec<f64> {
-    let low = values.iter().map(|v| v.0).fold(f64::INFINITY, f64::min);
-    let high = values.iter().map(|v| v.0).fold(f64::NEG_INFINITY, f64::max);
+    let [low, high] = range(values.iter().map(|v| v.0));
     let room = if high > low && values.len() > 2 { high - low } else { f64::INFINITY };
     values.iter().flat_map(|(v, half)| [v - half.min(room), v + half.min(room)]).collect()
 }

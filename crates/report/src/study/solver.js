@@ -200,7 +200,7 @@ const solver = (model) => {
     parts.forEach((part, k) => {
       if (part.shape !== 'duct') return;
       const [length, from, to] = part.at.map((value) => value(n));
-      ducts.push({ part: k, span: [end, end + length], area: [from, to], pieces: part.pieces });
+      ducts.push({ part: k, span: [end, end + length], area: [from, to], pieces: part.pieces[from === to ? 0 : 1] });
       end += length;
     });
     n[LENGTH] = end;
@@ -307,9 +307,8 @@ const solver = (model) => {
     for (const effect of effects) {
       cuts.push(...placesOf(c, effect).map(([x]) => x), ...stretchesOf(c, effect).flat());
     }
-    for (const { span: [from, to], area, pieces } of c.ducts) {
-      const count = area[0] === area[1] ? 1 : pieces;
-      for (let k = 0; k <= count; k += 1) cuts.push(from + (to - from) * k / count);
+    for (const { span: [from, to], pieces } of c.ducts) {
+      for (let k = 0; k <= pieces; k += 1) cuts.push(from + (to - from) * k / pieces);
     }
     if (!c.uniform) {
       for (let k = 1; k < 10; k += 1) cuts.push(L * k / 10);

@@ -115,7 +115,7 @@ mod tests {
         refused(
             "inner_diameter = 0.0474",
             "inner_diamter = 0.0474",
-            "a/rig.toml:10:1: unknown field `inner_diamter`, expected `length` or `inner_diameter`",
+            "a/rig.toml:10:1: there is no key `inner_diamter`; did you mean `inner_diameter`? Known here: length, inner_diameter",
         );
         refused(
             "reference = 5",

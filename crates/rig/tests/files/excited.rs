@@ -178,7 +178,7 @@ fn message_bad_manifests_are_named_with_place_and_remedy() {
             ["[microphones]", "leave it out"],
         ),
         ("stretch", format!("{HEAD}{BLOW}").replace("0.0, 0.1", "0.1, 0.1"), ["[blow]", "stretch_s"]),
-        ("key", format!("{HEAD}{RANDOM}colour = 1\n"), ["colour", "unknown field"]),
+        ("key", format!("{HEAD}{RANDOM}colour = 1\n"), ["colour", "there is no key"]),
         (
             "specimen",
             format!(

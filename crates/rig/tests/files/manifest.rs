@@ -251,6 +251,6 @@ fn message_of_bad_keys() {
         "full_scale = '10 m'\nkind =",
         "full_scale: `m` is not a unit of this quantity, which is in Pa",
     );
-    refused("kind =", "text = { decimal = ';' }\nkind =", "unknown variant `;`, expected `.` or `,`");
+    refused("kind =", "text = { decimal = ';' }\nkind =", "`;` is not known; known here: ., ,");
     refused("kind =", "time = 'clock'\nkind =", "time: there is no column `clock`");
 }

@@ -200,7 +200,7 @@ fn exact_messages_of_a_bad_manifest() {
     let path = scratch.0.join("manifest.toml");
     let good = std::fs::read_to_string(&path).unwrap();
     for (old, new, place, remedy) in [
-        ("kind =", "kynd =", "unknown field `kynd`", "expected one of `rig`, `campaign`"),
+        ("kind =", "kynd =", "there is no key `kynd`; did you mean `kind`?", "Known here: rig, campaign"),
         ("id = \"C3-E\"", "id = \"C4-E\"", "point[0].id: `C4-E` is not known", "known: C3-E, C3-05"),
         ("id = \"C3-05\"", "id = \"C3-E\"", "point: `C3-E` appears twice", "must be different"),
         ("day = \"one\"", "day = \"two\"", "`two` is not known", "known: one"),
@@ -213,7 +213,12 @@ fn exact_messages_of_a_bad_manifest() {
         ("temperature_k = 293", "temperature_k = 20", "20 K is outside 150 to 500 K", "give SI units"),
         ("to = 0.333", "to = 3.333", "point `C3-05`: way.stretches[0].to: 3.33", "give SI units"),
         ("wetted_per_m = 63", "wetted_per_m = -63", "wetted_per_m: -63.25 1/m is outside", "give SI units"),
-        ("excess_sd", "excess_ds", "unknown field `excess_ds`", "expected one of `from`"),
+        (
+            "excess_sd",
+            "excess_ds",
+            "there is no key `excess_ds`; did you mean `excess_sd`?",
+            "Known here: from",
+        ),
         ("full_scale_pa = 20", "full_scale_pa = 0", "full_scale_pa: 0 Pa is outside", "give SI units"),
     ] {
         assert!(good.contains(old), "{old} in {good}");
@@ -291,7 +296,7 @@ fn exact_messages_of_bad_channel_errors() {
             "gain_covariance: the covariance is not positive definite",
             "variances above zero",
         ),
-        (good[..gains].to_owned(), "missing field `gain_covariance`", ""),
+        (good[..gains].to_owned(), "the key `gain_covariance` is missing", ""),
     ] {
         std::fs::write(&path, bad).unwrap();
         refused(Observations::read(&scratch.0).map(|_| ()).unwrap_err(), place, remedy);

@@ -38,7 +38,8 @@ pub(super) fn table(case: &ModeCase, found: &FoundModes, ui: &Ui) {
     };
     if !lines.is_empty() {
         ui.table(header, lines.iter().map(row));
-        ui.say("The columns between growth and condition are its parts, in 1/s; they add up to it.");
+        ui.say("The columns between growth and condition are parts of the growth rate, in 1/s; they add up to it. Condition: by how much relative errors \
+             of ducts and coefficients are magnified in s.");
         let ruled = lines.iter().filter_map(|l| l.by_the_rule_of_oscilos);
         let ruled: Vec<String> =
             ruled.map(|[frequency, growth]| format!("{frequency:.4} Hz {growth:+.4} 1/s")).collect();
@@ -59,7 +60,7 @@ pub(super) fn table(case: &ModeCase, found: &FoundModes, ui: &Ui) {
         }
     }
     let poles = if found.poles > 0 {
-        format!(", {} of laws told apart from them", counted(found.poles, "pole"))
+        format!(", {} of the laws excluded", counted(found.poles, "pole"))
     } else {
         String::new()
     };

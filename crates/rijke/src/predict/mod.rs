@@ -24,7 +24,7 @@ use std::path::PathBuf;
     rijke predict examples/side-hole-tube --at-hz 100:2000:10\n\n\
     Prints CSV, a row per operating point and mode that the stage was trained on: points given with --at, else those of the stage. Factors that --at leaves out are those of\n\
     the nearest point of the stage. A condition that is no point of the campaign has an error of T_amb of its own, with the sd T_amb_sd, or else that of the campaign; with day=...\n\
-    it shares the error of that day. Numbers are in SI units. The first standard deviation is that of a new measurement in a\n\
+    it shares the error of that day. Its factors are as they are set, unless X_sd=... states an error of X, or all points share it (common_errors). Numbers are in SI units. The first standard deviation is that of a new measurement in a\n\
     new installation, the second that of the model alone; the probability takes the growth rate as normal with\n\
     the second and the misfit of growth rates that the stage found.\n\
     Where the evidence leaves other models open, here or in earlier stages, columns averaged_... count them too.\n\n\
@@ -36,8 +36,8 @@ pub(crate) struct Args {
     /// The stage whose model predicts [default: the last].
     #[arg(long, value_name = "ID")]
     stage: Option<String>,
-    /// Values of factors, of T_amb and of T_amb_sd in SI units, and the day whose error of T_amb it shares;
-    /// may be repeated.
+    /// Values of factors and their errors (X, X_sd), of T_amb and of T_amb_sd in SI units, and the day whose
+    /// error of T_amb it shares; may be repeated.
     #[arg(long, value_name = "FACTOR=VALUE,...")]
     at: Vec<String>,
     /// Predict over a grid of two factors, between the lowest and the highest value of each in the campaign,

@@ -96,7 +96,7 @@ fn message_a_file_of_channels_is_named_once_and_checked_early() {
         let (code, said) = said(&folder, &[command, "rig"]);
         assert_eq!(code, Some(2), "{command}: {said}");
         assert!(
-            said.contains("error: rig/observations/channels.toml, line 2: unknown field `gain_sd`"),
+            said.contains("error: rig/observations/channels.toml, line 2: there is no key `gain_sd`"),
             "{said}"
         );
     }

@@ -75,7 +75,7 @@ fn behaviour_a_study_becomes_a_page_that_says_virtual() {
     };
     let (code, map) = said(&["--map", "x_g,Q=25:50", "--at", "flow=1e-4,T_amb=300", "--out", "map.csv"]);
     assert!(code == Some(0) && map.contains("T_amb = 300 K."), "{map}");
-    assert!(map.contains("flow = 0.0001 m^3 s^-1 is beyond the points that trained"), "{map}");
+    assert!(map.contains("flow = 0.0001 m^3/s is beyond the points that trained"), "{map}");
     let (code, refused) = said(&["--map", "x_g,Q", "--at", "Q=30"]);
     assert!(code == Some(2) && refused.contains("`Q` is on an axis of the map"), "{refused}");
     let (_, own) = said(&["--at", "x_g=0.2,Q=30,T_amb=300"]);

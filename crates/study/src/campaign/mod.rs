@@ -173,7 +173,7 @@ mod tests {
             ("[[point]]\nid = \"a\"\nrepeats = 1.5\n", "line 7: `repeats` is `1.5`"),
             ("[[point]]\nid = \"a\"\nT_amb = 20\n", "line 7: `T_amb` is `20 K`"),
             ("[[point]]\nid = \"a/b\"\n", "line 6: "),
-            ("[[points]]\nid = \"a\"\n", "unknown field `points`"),
+            ("[[points]]\nid = \"a\"\n", "there is no key `points`; did you mean `point`?"),
             ("", "line 1: there is no operating point; add a table [[point]]"),
         ] {
             let found = message(text);

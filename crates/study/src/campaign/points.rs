@@ -2,7 +2,9 @@
 
 use crate::StudyProblem;
 use crate::source::listed;
+use rijke_numerics::words::few;
 use rijke_rig::Unit;
+use std::collections::BTreeMap;
 
 /// A column of the campaign that is set or measured at every operating point: a position, a power, a load.
 #[derive(Clone, Debug, PartialEq)]
@@ -30,9 +32,18 @@ impl Factor {
             "kg m^2 s^-2" => "J".to_owned(),
             "kg m^-1 s^-2" => "Pa".to_owned(),
             "kg m s^-2" => "N".to_owned(),
-            base => base.to_owned(),
+            base => with_a_slash(base),
         }
     }
+}
+
+/// A product of powers with the one of them that is negative behind a slash: `m^3/s` for `m^3 s^-1`.
+fn with_a_slash(unit: &str) -> String {
+    let (below, above): (Vec<&str>, Vec<&str>) = unit.split(' ').partition(|power| power.contains("^-"));
+    let [one] = below[..] else { return unit.to_owned() };
+    let above = if above.is_empty() { "1".to_owned() } else { above.join(" ") };
+    let one = one.replace("^-", "^");
+    format!("{above}/{}", one.strip_suffix("^1").unwrap_or(&one))
 }
 
 impl Factor {
@@ -124,6 +135,27 @@ impl Campaign {
         })
     }
 
+    /// Number of an operating point, from 0.
+    ///
+    /// # Errors
+    /// [`StudyProblem::Unknown`], with some of the known names.
+    pub fn known_point(&self, id: &str) -> Result<usize, StudyProblem> {
+        const NAMED: usize = 8;
+        let ids = || self.points.iter().map(|p| p.id.as_str()).collect::<Vec<_>>();
+        self.point(id).map(|(k, _)| k).ok_or_else(|| StudyProblem::Unknown {
+            what: "operating point",
+            name: id.to_owned(),
+            known: few(&ids(), NAMED),
+        })
+    }
+
+    /// Gives points the ambient temperatures that were read with their records, by number of the point.
+    pub fn take_ambient(&mut self, read: &BTreeMap<usize, [f64; 2]>) {
+        for (k, ambient) in read {
+            self.points[*k].ambient = Some(*ambient);
+        }
+    }
+
     /// Labels of the series, in order, each once.
     #[must_use]
     pub fn rows(&self) -> Vec<&str> {
@@ -134,5 +166,16 @@ impl Campaign {
             }
         }
         seen
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::with_a_slash;
+
+    #[test]
+    fn exact_units_have_a_slash_for_one_negative_power() {
+        let units = ["m^3 s^-1", "s^-1", "kg m^-2 s^-1", "m"].map(with_a_slash);
+        assert_eq!(units, ["m^3/s", "1/s", "kg m^-2 s^-1", "m"]);
     }
 }

@@ -87,13 +87,7 @@ pub fn read_readings(path: &Path, campaign: &Campaign, rig: &Rig) -> Result<Vec<
             return Err(source.at_line(line, StudyProblem::Unknown { what: "thermometer", name, known }));
         }
         let id = record.get(point.0).unwrap_or_default();
-        let found = campaign.point(id).map(|(k, _)| k);
-        let found = found.ok_or_else(|| {
-            let known =
-                crate::source::listed(campaign.points.iter().take(8).map(|p| p.id.as_str())) + ", ...";
-            source
-                .at_line(line, StudyProblem::Unknown { what: "operating point", name: id.to_owned(), known })
-        })?;
+        let found = campaign.known_point(id).map_err(|problem| source.at_line(line, problem))?;
         let number = |k: usize, key: &str| -> Result<f64, StudyError> {
             let text = record.get(k).unwrap_or_default();
             text.parse::<f64>().ok().filter(|v| v.is_finite()).ok_or_else(|| {

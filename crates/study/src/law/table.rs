@@ -109,6 +109,14 @@ fn from_file(path: &Path) -> Result<Vec<TableRow>, StudyProblem> {
         (true, false) => column(LEVEL, "1")?.into_iter().map(level).collect(),
         _ => column("gain", "1")?,
     };
+    for (name, need) in [
+        ("frequency", "write it in brackets behind the name: frequency [Hz]"),
+        ("phase", "write it in brackets behind the name: phase [rad] or phase [deg]"),
+    ] {
+        if let Ok(None) = columns.unit(name) {
+            return Err(StudyProblem::Missing { key: format!("unit of `{name}`"), need });
+        }
+    }
     let (frequency, phase) = (column("frequency", "Hz")?, column("phase", "rad")?);
     Ok(frequency
         .into_iter()
@@ -172,6 +180,8 @@ mod tests {
             read("frequency [Hz],gain [dB],phase [deg]\n50,0,0\n100,6.020599913279624,-57\n").unwrap();
         assert!(plain.iter().zip(&level).all(|(a, b)| (a - b).abs() < 1e-12), "{plain:?} {level:?}");
         assert!(read("frequency [Hz],gain,gain [dB],phase [rad]\n50,1,0,0\n").is_err());
+        let bare = read("frequency [Hz],gain,phase\n50,1,0\n100,2,-57\n").unwrap_err().to_string();
+        assert!(bare.contains("unit of `phase`") && bare.contains("phase [deg]"), "{bare}");
         assert!(read("frequency [Hz],gain [Pa],phase [rad]\n50,1,0\n").is_err());
         std::fs::remove_dir_all(folder).unwrap();
     }

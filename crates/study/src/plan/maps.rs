@@ -3,6 +3,7 @@
 use super::Plan;
 use super::ids::{known_stage, short_id};
 use crate::{Campaign, StudyProblem};
+use rijke_numerics::range;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 
@@ -52,9 +53,7 @@ impl MapGrid {
         }
         let axis = |k: usize| {
             let all = campaign.points.iter().map(|p| p.factors[factors[k]]).filter(|v| v.is_finite());
-            let measured =
-                all.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| [low.min(v), high.max(v)]);
-            let [low, high] = ends[k].unwrap_or(measured);
+            let [low, high] = ends[k].unwrap_or_else(|| range(all));
             if low.is_finite() && high.is_finite() && low < high {
                 return Ok((0..GRID).map(|i| low + (high - low) * i as f64 / (GRID - 1) as f64).collect());
             }

@@ -5,6 +5,7 @@ use super::Plan;
 use super::ids::{known_stage, short_id};
 use crate::source::{Source, listed};
 use crate::{Campaign, Catalogue, StudyError, StudyProblem};
+use rijke_numerics::words::of_toml;
 use serde::Deserialize;
 use serde::de::{DeserializeOwned, Deserializer, Error, Visitor, value};
 use std::collections::BTreeMap;
@@ -162,7 +163,7 @@ fn read<T: DeserializeOwned>(value: Spanned<DeValue<'_>>) -> Result<T, (usize, S
     let start = value.span().start;
     T::deserialize(ValueDeserializer::from(value)).map_err(|error| {
         let at = error.span().map_or(start, |span| span.start);
-        (at, StudyProblem::Toml(error.message().trim().replace('\n', " ")))
+        (at, StudyProblem::Toml(of_toml(error.message())))
     })
 }
 

@@ -106,10 +106,7 @@ impl Selection {
             }
         }
         for id in &self.points {
-            if campaign.point(id).is_none() {
-                let known = listed(campaign.points.iter().take(8).map(|p| p.id.as_str())) + ", ...";
-                return Err(StudyProblem::Unknown { what: "operating point", name: id.clone(), known });
-            }
+            campaign.known_point(id)?;
         }
         Ok(())
     }

@@ -4,7 +4,7 @@
 use super::doubts::{self, Angle, Rows};
 use crate::{StudyError, StudyProblem};
 use rijke_numerics::C64;
-use rijke_rig::{Columns, Heading, NumberColumns, Unit, number_columns};
+use rijke_rig::{Columns, Heading, NumberColumns, RigError, Unit, number_columns};
 use std::path::Path;
 use toml::Value as Toml;
 
@@ -108,13 +108,13 @@ pub(super) fn read(path: &Path, columns: &[Column]) -> Result<Rows, StudyError> 
         problem: Box::new(problem),
     };
     let (numbers, lines) = if columns.iter().any(|c| c.name.is_some()) {
-        let table = Columns::read(path).map_err(|e| fail(None, StudyProblem::Csv(e.to_string())))?;
+        let table = Columns::read(path).map_err(|e| fail(None, StudyProblem::Csv(without_path(&e, path))))?;
         let read = |c: &Column| match &c.name {
             Some(name) if c.role != Role::Ignored => {
                 // The unit is the declared one: what stands behind a name in the file must not contradict it.
                 let wanted =
                     if c.role == Role::Level { "1" } else { c.unit.as_ref().map_or("1", Unit::text) };
-                table.numbers(name, wanted).map_err(|e| fail(None, StudyProblem::Csv(e.to_string())))
+                table.numbers(name, wanted).map_err(|e| fail(None, StudyProblem::Csv(without_path(&e, path))))
             }
             _ => Ok(Vec::new()),
         };
@@ -170,6 +170,12 @@ pub(super) fn read(path: &Path, columns: &[Column]) -> Result<Rows, StudyError> 
     let rows = Rows { frequency_hz, values, sd, lines, phases };
     doubts::refuse(&rows).map_err(|(line, problem)| fail(Some(line), problem))?;
     Ok(rows)
+}
+
+/// What is wrong with a file, whose name stands in front of it elsewhere.
+pub(super) fn without_path(error: &RigError, path: &Path) -> String {
+    let (all, path) = (error.to_string(), format!("{}: ", path.display()));
+    all.trim_start_matches(path.as_str()).to_owned()
 }
 
 /// Columns of a text of numbers alone, and the line of each row, as text records are read.

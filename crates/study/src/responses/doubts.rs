@@ -146,9 +146,15 @@ pub(super) fn phase(rows: &Rows) -> Option<String> {
     })
 }
 
-/// Whether all frequencies lie far below those in which modes are sought.
+/// Whether all frequencies lie far below those in which modes are sought, or most far above.
 pub(super) fn far(rows: &Rows, [low, high]: [f64; 2]) -> Option<String> {
     let (first, last) = (*rows.frequency_hz.first()?, *rows.frequency_hz.last()?);
+    if rows.frequency_hz.iter().filter(|f| **f > high).count() * 4 > 3 * rows.frequency_hz.len() {
+        return Some(format!(
+            "most of its frequencies, which run from {first} to {last} Hz, lie above those in which modes are sought, {low} to {high} Hz (`[search]` of \
+             rig.toml): if these are angular, write f [rad/s] in `columns`"
+        ));
+    }
     (last < 0.05 * low).then(|| {
         format!(
             "its frequencies run from {first} to {last} Hz, but modes are sought from {low} to {high} Hz (`[search]` of rig.toml): if these are in kHz, \

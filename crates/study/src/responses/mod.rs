@@ -19,6 +19,7 @@ use crate::law::Place;
 use rijke_formula::Formula;
 use rijke_numerics::C64;
 use rijke_rig::DataKind;
+use std::collections::BTreeMap;
 
 /// All responses of a study.
 #[derive(Clone, Debug)]
@@ -29,6 +30,9 @@ pub struct Responses {
     pub source: String,
     /// The responses, in the order of their declaration.
     pub list: Vec<ObservedResponse>,
+    /// Ambient temperatures that were read with the records, and their standard deviations, K, by operating
+    /// point. They count before those of the campaign.
+    pub ambient: BTreeMap<usize, [f64; 2]>,
     /// What is doubtful about the data: file, place, and the remedy.
     pub warnings: Vec<String>,
 }

@@ -1,6 +1,7 @@
 //! Pressures at several microphones, of sources of unknown strength: a table with a row for every frequency
 //! and excitation.
 
+use super::columns::without_path;
 use super::doubts::{self, Angle, Rows};
 use crate::source::listed;
 use crate::{StudyError, StudyProblem};
@@ -28,6 +29,14 @@ enum Pressure {
     Complex(Column),
     Parts([Column; 2]),
     Polar([Column; 2]),
+}
+
+impl Pressure {
+    /// The unit of its phase, where that is in radians.
+    fn radians(&self) -> Option<Angle> {
+        let Self::Polar([_, angle]) = self else { return None };
+        Some(Angle::of(angle.factor)).filter(|unit| *unit == Angle::Radians)
+    }
 }
 
 /// What the microphones heard of one excitation, each row over its root mean square.
@@ -117,136 +126,185 @@ pub(super) fn read(
     table: &Table,
     band: [f64; 2],
 ) -> Result<(Vec<Heard>, Vec<String>), StudyError> {
-    let fail = |line: Option<usize>, problem: StudyProblem| StudyError {
-        file: path.display().to_string(),
-        line,
-        problem: Box::new(problem),
-    };
-    let told = |error: RigError| fail(None, StudyProblem::Csv(error.to_string()));
-    let file = Columns::read(path).map_err(told)?;
-    let agrees = |column: &Column| {
-        let (Some(wanted), Some(unit)) = (column.stated, file.unit(&column.name).map_err(told)?) else {
-            return Ok(());
-        };
-        let factor = unit
-            .of(wanted)
-            .map_err(|source| fail(None, StudyProblem::Unit { key: column.name.clone(), source }))?
-            .to_si(1.0);
-        if (factor / column.factor - 1.0).abs() > 1e-9 {
-            let (key, value) = (format!("heading `{}`", column.name), unit.text().to_owned());
-            return Err(fail(
-                None,
-                StudyProblem::Value {
-                    key,
-                    value,
-                    need: "the unit that `columns` of the study states for it",
-                },
-            ));
-        }
-        Ok(())
-    };
-    let number = |column: &Column| {
-        agrees(column)?;
-        let cells = file.complex(&column.name).map_err(told)?;
-        if let Some(k) = cells.iter().position(|z| z.im != 0.0) {
-            let problem =
-                StudyProblem::Value { key: column.name.clone(), value: cells[k].to_string(), need: "real" };
-            return Err(fail(Some(file.line(k)), problem));
-        }
-        Ok(cells.iter().map(|z| z.re * column.factor).collect::<Vec<f64>>())
-    };
-    let frequency_hz = number(&table.frequency)?;
-    let of: Vec<String> = match &table.excitation {
+    let file = File::open(path)?;
+    let frequency_hz = file.numbers(&table.frequency)?;
+    let excitations: Vec<String> = match &table.excitation {
         None => vec![String::new(); frequency_hz.len()],
-        Some(name) => match file.complex(name) {
-            Ok(cells) => cells.iter().map(|z| z.re.to_string()).collect(),
-            Err(_) => file.words(name).map_err(told)?.into_iter().map(str::to_owned).collect(),
-        },
+        Some(name) => file.words(name)?,
     };
-    let mut phases = None;
-    let mut pressures: Vec<Vec<C64>> = Vec::new();
-    let mut sds: Vec<Vec<f64>> = Vec::new();
-    for (_, pressure, sd) in &table.microphones {
-        if let Some(column) = sd {
-            let cells = number(column)?;
-            if let Some(k) = cells.iter().position(|sd| !(sd.is_finite() && *sd > 0.0)) {
-                let (key, value) = (column.name.clone(), cells[k].to_string());
-                return Err(fail(Some(file.line(k)), StudyProblem::Value { key, value, need: "above zero" }));
-            }
-            sds.push(cells);
-        }
-        pressures.push(match pressure {
-            Pressure::Complex(whole) => {
-                agrees(whole)?;
-                let cells = file.complex(&whole.name).map_err(told)?;
-                cells.iter().map(|z| z * whole.factor).collect()
-            }
-            Pressure::Parts([re, im]) => {
-                number(re)?.into_iter().zip(number(im)?).map(|(re, im)| C64::new(re, im)).collect()
-            }
-            Pressure::Polar([modulus, angle]) => {
-                phases = Some(Angle::of(angle.factor)).filter(|unit| *unit == Angle::Radians).or(phases);
-                let (r, a) = (number(modulus)?, number(angle)?);
-                if let Some(k) = r.iter().position(|r| *r < 0.0) {
-                    let (key, value) = (modulus.name.clone(), r[k].to_string());
-                    return Err(fail(
-                        Some(file.line(k)),
-                        StudyProblem::Value { key, value, need: "zero or more" },
-                    ));
-                }
-                r.into_iter().zip(a).map(|(r, a)| C64::from_polar(r, a)).collect()
-            }
-        });
-    }
+    let pressures = table.microphones.iter().map(|(_, p, _)| file.pressures(p));
+    let sds = table.microphones.iter().filter_map(|(.., sd)| sd.as_ref()).map(|sd| file.deviations(sd));
+    let columns = Read {
+        frequency_hz,
+        pressures: pressures.collect::<Result<_, _>>()?,
+        sds: sds.collect::<Result<_, _>>()?,
+        phases: table.microphones.iter().find_map(|(_, p, _)| p.radians()),
+    };
     let mut names: Vec<&String> = Vec::new();
-    for name in &of {
+    for name in &excitations {
         if !names.contains(&name) {
             names.push(name);
         }
     }
     let (mut all, mut doubtful) = (Vec::new(), None);
     for name in names {
-        let rows: Vec<usize> = (0..of.len()).filter(|k| of[*k] == *name).collect();
-        let [low, high] = band;
+        let rows: Vec<usize> = (0..excitations.len()).filter(|k| excitations[*k] == *name).collect();
+        let (of, [low, high]) = (rows.len(), band);
         let keep: Vec<usize> =
-            rows.iter().copied().filter(|k| (low..=high).contains(&frequency_hz[*k])).collect();
+            rows.into_iter().filter(|k| (low..=high).contains(&columns.frequency_hz[*k])).collect();
+        let (heard, doubt) = file.excitation(&columns, table, &keep)?;
+        doubtful = doubtful.or(doubt);
+        all.push(Heard { excitation: name.clone(), of, ..heard });
+    }
+    all.retain(|heard| !heard.frequency_hz.is_empty());
+    Ok((all, doubtful.into_iter().collect()))
+}
+
+/// The columns of a file in SI units.
+struct Read {
+    frequency_hz: Vec<f64>,
+    /// Of each microphone.
+    pressures: Vec<Vec<C64>>,
+    /// Of each microphone; empty if none are given.
+    sds: Vec<Vec<f64>>,
+    phases: Option<Angle>,
+}
+
+/// A file of pressures.
+struct File<'a> {
+    path: &'a Path,
+    columns: Columns,
+}
+
+impl<'a> File<'a> {
+    fn open(path: &'a Path) -> Result<Self, StudyError> {
+        let columns = Columns::read(path).map_err(|error| unreadable(path, &error))?;
+        Ok(Self { path, columns })
+    }
+
+    fn fail(&self, row: Option<usize>, problem: StudyProblem) -> StudyError {
+        fault(self.path, row.map(|k| self.columns.line(k)), problem)
+    }
+
+    fn told<T>(&self, outcome: Result<T, RigError>) -> Result<T, StudyError> {
+        outcome.map_err(|error| unreadable(self.path, &error))
+    }
+
+    /// Refuses a heading whose unit is not the one that the study states.
+    fn agrees(&self, column: &Column) -> Result<(), StudyError> {
+        let (Some(wanted), Some(unit)) = (column.stated, self.told(self.columns.unit(&column.name))?) else {
+            return Ok(());
+        };
+        let of = unit
+            .of(wanted)
+            .map_err(|source| self.fail(None, StudyProblem::Unit { key: column.name.clone(), source }))?;
+        if (of.to_si(1.0) / column.factor - 1.0).abs() > 1e-9 {
+            let (key, value) = (format!("heading `{}`", column.name), unit.text().to_owned());
+            let need = "the unit that `columns` of the study states for it";
+            return Err(self.fail(None, StudyProblem::Value { key, value, need }));
+        }
+        Ok(())
+    }
+
+    fn numbers(&self, column: &Column) -> Result<Vec<f64>, StudyError> {
+        self.agrees(column)?;
+        let cells = self.told(self.columns.complex(&column.name))?;
+        if let Some(k) = cells.iter().position(|z| z.im != 0.0) {
+            let (key, value) = (column.name.clone(), cells[k].to_string());
+            return Err(self.fail(Some(k), StudyProblem::Value { key, value, need: "real" }));
+        }
+        Ok(cells.iter().map(|z| z.re * column.factor).collect())
+    }
+
+    /// Names of excitations, which may be numbers.
+    fn words(&self, name: &str) -> Result<Vec<String>, StudyError> {
+        if let Ok(cells) = self.columns.complex(name) {
+            return Ok(cells.iter().map(|z| z.re.to_string()).collect());
+        }
+        Ok(self.told(self.columns.words(name))?.into_iter().map(str::to_owned).collect())
+    }
+
+    /// Numbers of which `holds`, else what they need to be.
+    fn all(
+        &self,
+        column: &Column,
+        holds: impl Fn(f64) -> bool,
+        need: &'static str,
+    ) -> Result<Vec<f64>, StudyError> {
+        let cells = self.numbers(column)?;
+        if let Some(k) = cells.iter().position(|v| !holds(*v)) {
+            let (key, value) = (column.name.clone(), cells[k].to_string());
+            return Err(self.fail(Some(k), StudyProblem::Value { key, value, need }));
+        }
+        Ok(cells)
+    }
+
+    fn deviations(&self, column: &Column) -> Result<Vec<f64>, StudyError> {
+        self.all(column, |sd| sd.is_finite() && sd > 0.0, "above zero")
+    }
+
+    fn pressures(&self, pressure: &Pressure) -> Result<Vec<C64>, StudyError> {
+        Ok(match pressure {
+            Pressure::Complex(whole) => {
+                self.agrees(whole)?;
+                self.told(self.columns.complex(&whole.name))?.iter().map(|z| z * whole.factor).collect()
+            }
+            Pressure::Parts([re, im]) => {
+                let (re, im) = (self.numbers(re)?, self.numbers(im)?);
+                re.into_iter().zip(im).map(|(re, im)| C64::new(re, im)).collect()
+            }
+            Pressure::Polar([modulus, angle]) => {
+                let moduli = self.all(modulus, |r| !(r < 0.0), "zero or more")?;
+                let angles = self.numbers(angle)?;
+                moduli.into_iter().zip(angles).map(|(r, a)| C64::from_polar(r, a)).collect()
+            }
+        })
+    }
+
+    /// The rows `keep` of one excitation, and what is doubtful of their phases.
+    fn excitation(
+        &self,
+        read: &Read,
+        table: &Table,
+        keep: &[usize],
+    ) -> Result<(Heard, Option<String>), StudyError> {
         let level = |k: usize| {
-            let square: f64 = pressures.iter().map(|p| p[k].norm_sqr()).sum();
-            (square / pressures.len() as f64).sqrt()
+            let square: f64 = read.pressures.iter().map(|p| p[k].norm_sqr()).sum();
+            (square / read.pressures.len() as f64).sqrt()
         };
         if let Some(k) = keep.iter().find(|k| level(**k) == 0.0) {
             let need = "of some microphone other than zero";
             let problem = StudyProblem::Value { key: "pressure".into(), value: "0".into(), need };
-            return Err(fail(Some(file.line(*k)), problem));
+            return Err(self.fail(Some(*k), problem));
         }
         let of_microphone = |p: &Vec<C64>| -> Vec<C64> { keep.iter().map(|&k| p[k] / level(k)).collect() };
-        let heard: Vec<Vec<C64>> = pressures.iter().map(of_microphone).collect();
+        let heard: Vec<Vec<C64>> = read.pressures.iter().map(of_microphone).collect();
+        let frequency_hz: Vec<f64> = keep.iter().map(|&k| read.frequency_hz[k]).collect();
         // The sources are unknown: what varies smoothly with frequency is the pressure over that of another
         // microphone.
         let relative = |p: &Vec<C64>| Rows {
-            frequency_hz: keep.iter().map(|&k| frequency_hz[k]).collect(),
+            frequency_hz: frequency_hz.clone(),
             values: p.iter().zip(&heard[0]).map(|(a, b)| a / b).collect(),
             sd: Vec::new(),
-            lines: keep.iter().map(|&k| file.line(k)).collect(),
-            phases,
+            lines: keep.iter().map(|&k| self.columns.line(k)).collect(),
+            phases: read.phases,
         };
-        doubts::refuse(&relative(&heard[0])).map_err(|(line, problem)| fail(Some(line), problem))?;
-        doubtful = doubtful.or_else(|| heard[1..].iter().find_map(|p| doubts::phase(&relative(p))));
+        doubts::refuse(&relative(&heard[0]))
+            .map_err(|(line, problem)| fault(self.path, Some(line), problem))?;
+        let doubt = heard[1..].iter().find_map(|p| doubts::phase(&relative(p)));
         let spread = |m: usize| -> Vec<f64> {
-            sds.get(m).map_or_else(Vec::new, |sd| keep.iter().map(|&k| sd[k] / level(k)).collect())
+            read.sds.get(m).map_or_else(Vec::new, |sd| keep.iter().map(|&k| sd[k] / level(k)).collect())
         };
-        let microphones = table.microphones.iter().map(|(microphone, ..)| *microphone);
-        all.push(Heard {
-            excitation: name.clone(),
-            of: rows.len(),
-            frequency_hz: keep.iter().map(|&k| frequency_hz[k]).collect(),
-            pressures: microphones
-                .zip(heard)
-                .enumerate()
-                .map(|(m, (name, p))| (name, p, spread(m)))
-                .collect(),
-        });
+        let named = table.microphones.iter().map(|(microphone, ..)| *microphone).zip(heard).enumerate();
+        let pressures = named.map(|(m, (microphone, p))| (microphone, p, spread(m))).collect();
+        Ok((Heard { excitation: String::new(), of: 0, frequency_hz, pressures }, doubt))
     }
-    all.retain(|heard| !heard.frequency_hz.is_empty());
-    Ok((all, doubtful.into_iter().collect()))
+}
+
+fn fault(path: &Path, line: Option<usize>, problem: StudyProblem) -> StudyError {
+    StudyError { file: path.display().to_string(), line, problem: Box::new(problem) }
+}
+
+fn unreadable(path: &Path, error: &RigError) -> StudyError {
+    fault(path, None, StudyProblem::Csv(without_path(error, path)))
 }

@@ -2,7 +2,7 @@
 
 use super::{ObservedResponse, ResponseKind, Responses, columns, doubts, pressures};
 use crate::law::Place;
-use crate::source::{Source, listed};
+use crate::source::Source;
 use crate::{Coefficient, Study, StudyError, StudyProblem};
 use rijke_formula::{Context, Formula, Kind};
 use rijke_numerics::C64;
@@ -70,8 +70,13 @@ impl Study {
                 source.fail(0, StudyProblem::Elsewhere { variable, folder, obtain })
             })?,
         };
-        let mut all =
-            Responses { kind: file.kind, source: file.source, list: Vec::new(), warnings: Vec::new() };
+        let mut all = Responses {
+            kind: file.kind,
+            source: file.source,
+            list: Vec::new(),
+            ambient: self.ambient_of_records(&folder)?,
+            warnings: Vec::new(),
+        };
         for entry in file.response {
             let at = entry.span().start;
             let entry = entry.into_inner();
@@ -140,12 +145,8 @@ impl Study {
 
     /// Operating points and files of an entry.
     fn places(&self, entry: &Entry, data: &Path) -> Result<Vec<(usize, PathBuf)>, StudyProblem> {
-        let place = |(point, name): (&String, &String)| match self.campaign.point(point) {
-            Some((point, _)) => Ok((point, data.join(name))),
-            None => {
-                let known = listed(self.campaign.points.iter().take(8).map(|p| p.id.as_str()));
-                Err(StudyProblem::Unknown { what: "operating point", name: point.clone(), known })
-            }
+        let place = |(point, name): (&String, &String)| {
+            self.campaign.known_point(point).map(|point| (point, data.join(name)))
         };
         entry.files.iter().map(place).collect()
     }

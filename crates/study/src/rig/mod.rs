@@ -13,7 +13,8 @@ mod value;
 mod whole;
 
 pub use gas::GasModel;
-pub use part::{Duct, Instruments, PIECES, Part, Shape};
+pub use part::{Duct, Instruments, Part, Shape};
 pub use resolve::{DuctAt, PartAt, RigAtPoint};
 pub use value::Value;
+pub(crate) use value::{interpolate, pairs};
 pub use whole::Rig;

@@ -89,12 +89,21 @@ pub struct Duct {
     pub temperature_sd: f64,
     /// Ratio of specific heats and gas constant (J/(kg K)) where they are not those of the rig's gas.
     pub gas: Box<[Option<Value>; 2]>,
-    /// Number of pieces into which a cone is cut.
+    /// Number of pieces into which it is cut, if the file says it.
     pub pieces: Option<usize>,
 }
 
-/// Pieces of a cone, or of a duct along which the temperature changes, whose file does not say a number.
-pub const PIECES: usize = 40;
+/// Pieces of a cone whose file does not say a number, as in a network file.
+const PIECES_OF_A_CONE: usize = 160;
+
+impl Duct {
+    /// Numbers of pieces into which it is cut: where it is straight, and where it is a cone. Where the gas
+    /// varies along it, each piece is cut further.
+    #[must_use]
+    pub fn pieces(&self) -> [usize; 2] {
+        self.pieces.map_or([1, PIECES_OF_A_CONE], |stated| [stated; 2])
+    }
+}
 
 /// Microphones or thermometers.
 #[derive(Clone, Debug, Default)]

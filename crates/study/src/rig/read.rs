@@ -17,6 +17,7 @@ use super::part::{Instruments, Part, Shape};
 use super::value::{Reader, Value};
 use super::whole::Rig;
 use crate::campaign::COLDEST;
+use crate::doubtful::late;
 use crate::law::{
     Candidate, Coefficient, Effect, Hears, Measured, Parameters, Place, SECOND, TableUse, Words, parameters,
 };
@@ -24,6 +25,7 @@ use crate::names::{FACTOR, add, built_in};
 use crate::source::{Outcome, Source};
 use crate::{Campaign, StudyProblem};
 use rijke_formula::{Kind as NameKind, Name, Scope};
+use rijke_numerics::words::of_toml;
 use serde::Deserialize;
 use std::collections::BTreeSet;
 use std::ops::Range;
@@ -106,6 +108,8 @@ struct Reading<'a> {
     loose: Vec<(usize, Value)>,
     /// Measured tables, what formulas call them, and where the file has them.
     tables: Vec<(String, Range<usize>, Measured)>,
+    /// Delays that are plain numbers, s.
+    delays: Vec<(Range<usize>, f64)>,
     is_choked: bool,
     /// Whether properties of the gas follow temperature, so that it has no gamma of its own.
     gas_follows_temperature: bool,
@@ -187,6 +191,7 @@ pub(super) fn rig(file: File, campaign: &Campaign, source: &Source) -> Outcome<R
         folder: Path::new(&source.file).parent().unwrap_or(Path::new("")),
         loose: vec![(second, Value::Number(1.0))],
         tables: Vec::new(),
+        delays: Vec::new(),
         is_choked: false,
         gas_follows_temperature: false,
     };
@@ -224,6 +229,10 @@ pub(super) fn rig(file: File, campaign: &Campaign, source: &Source) -> Outcome<R
     let mut doubts = Vec::new();
     for (_, at, table) in &reading.tables {
         let said = table.doubt.clone().into_iter().chain(table.beyond(hertz));
+        doubts.extend(said.map(|said| format!("{}, line {}: {said}", source.file, source.line(at.start))));
+    }
+    for (at, delay) in &reading.delays {
+        let said = late("delay", *delay, hertz[1]);
         doubts.extend(said.map(|said| format!("{}, line {}: {said}", source.file, source.line(at.start))));
     }
     let own = Candidate {
@@ -297,7 +306,7 @@ impl Reading<'_> {
                 table.insert("molar_mass".into(), Toml::Float(mass));
             }
             let gas = rijke_rig::Gas::deserialize(Toml::Table(table))
-                .map_err(|error| (at.clone(), StudyProblem::Toml(error.message().to_owned())))?;
+                .map_err(|error| (at.clone(), StudyProblem::Toml(of_toml(error.message()))))?;
             gas.validate().map_err(|(key, problem)| (at, StudyProblem::Toml(format!("{key}: {problem}"))))?;
             return Ok((GasModel::Real(gas), pressure, temperature));
         }

@@ -2,7 +2,7 @@
 
 use super::elements::fault_of;
 use super::gas::GasModel;
-use super::part::{PIECES, Part, Shape};
+use super::part::{Part, Shape};
 use super::whole::Rig;
 use crate::law::Place;
 use crate::names::{AMBIENT, LENGTH};
@@ -117,8 +117,7 @@ impl Rig {
                 }
             }
             let gas = self.gas.with(own_gas).filter(|_| part.is_of_other_gas());
-            let varies = area != area_end || temperatures.len() > 1;
-            let pieces = duct.pieces.unwrap_or(if varies { PIECES } else { 1 });
+            let pieces = duct.pieces()[usize::from(area != area_end)];
             let span = [end, end + length];
             ducts.push(DuctAt { part: k, span, area: [area, area_end], temperatures, gas, pieces });
             end += length;

@@ -40,7 +40,18 @@ impl Value {
     }
 }
 
-fn interpolate(rows: &[[f64; 2]], x: f64) -> f64 {
+/// The numbers x and y of the rows of a table.
+pub(crate) fn pairs(rows: &[Toml]) -> Option<Vec<[f64; 2]>> {
+    let number = |v: &Toml| v.as_float().or_else(|| v.as_integer().map(|i| i as f64));
+    let row = |row: &Toml| match row.as_array().map(Vec::as_slice) {
+        Some([x, y]) => Some([number(x)?, number(y)?]),
+        _ => None,
+    };
+    rows.iter().map(row).collect()
+}
+
+/// y at x between the rows of a table, and that of the nearest row beyond them.
+pub(crate) fn interpolate(rows: &[[f64; 2]], x: f64) -> f64 {
     if x.is_nan() || rows.is_empty() {
         return f64::NAN;
     }
@@ -188,13 +199,7 @@ impl Reader<'_> {
             let known = listed(factors(self.scope));
             return self.fail(StudyProblem::Unknown { what: "factor", name: over.clone(), known });
         };
-        let number = |v: &Toml| v.as_float().or_else(|| v.as_integer().map(|i| i as f64));
-        let row = |row: &Toml| match row.as_array().map(Vec::as_slice) {
-            Some([x, y]) => Some([number(x)?, number(y)?]),
-            _ => None,
-        };
-        let rows: Option<Vec<[f64; 2]>> = rows.iter().map(row).collect();
-        match rows {
+        match pairs(rows) {
             Some(rows) if !rows.is_empty() && rows.windows(2).all(|w| w[0][0] < w[1][0]) => {
                 Ok(Value::Table(factor, rows))
             }

@@ -2,7 +2,7 @@
 
 use super::super::frame::{Frame, FrameRow};
 use super::answer::Layer;
-use rijke_numerics::GridField;
+use rijke_numerics::{GridField, range};
 use std::collections::BTreeMap;
 
 /// The nodes of a map of stability: growth rates and their deviations, a grid for each mode.
@@ -64,8 +64,7 @@ impl MapNodes {
             all.reduce(|a, b| if a.is_nan() || b.is_nan() { f64::NAN } else { a.max(b) }).unwrap_or(f64::NAN)
         };
         let all = (0..self.y.len()).flat_map(|k| (0..self.x.len()).map(move |j| largest(k, j)));
-        let finite = all.filter(|v| v.is_finite());
-        finite.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], v| [a.min(v), b.max(v)])
+        range(all.filter(|v| v.is_finite()))
     }
 }
 

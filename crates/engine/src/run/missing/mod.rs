@@ -28,9 +28,7 @@ impl Run {
     /// # Errors
     /// Those of the model.
     pub(super) fn missing(&self, stage: &Stage, chosen: &Chosen) -> Result<Option<Missing>, EngineError> {
-        let microphones = self.microphones(stage);
-        let reference = self.rig.microphones.reference;
-        let used: Vec<Used> = chosen.observed.iter().map(|o| o.used(&microphones, reference)).collect();
+        let used = chosen.used(&self.rig, stage);
         // Training takes what a shared error does to the pressures of each point for an error of its own: a
         // term that does the same at all points would seem certain.
         let linear = chosen.trained.linear.0.with_shared(&chosen.trained.told.whole)?;

@@ -4,6 +4,7 @@ use super::place::{Place, Wish};
 use super::predictive::Numbers;
 use super::told::Aim;
 use crate::run::average::OpenModel;
+use crate::run::ready::Known;
 use crate::{EngineError, SavedModel};
 use rayon::prelude::*;
 use rijke_numerics::{C64, InOrder, Matrix};
@@ -73,7 +74,7 @@ pub fn microphones(
         more.rig.microphones.names.push(format!("{x:.3} m"));
         more.rig.microphones.at.push(Value::Number(*x));
     }
-    let place = Place::new(&more, observations, study.channels()?)?;
+    let place = Place::new(Known::of(&more, observations)?, study.channels()?);
     let (names, reference) = (&more.rig.microphones.names, more.rig.microphones.reference);
     let heard = place.heard(model);
     let (all, others): (Vec<usize>, Vec<usize>) =

@@ -19,6 +19,7 @@ pub use sequence::{Lead, Leads, Sequence};
 pub use told::Aim;
 
 use super::average::OpenModel;
+use crate::run::ready::Known;
 use crate::{EngineError, SavedModel};
 use place::Place;
 use plan::Worth;
@@ -113,7 +114,7 @@ pub fn next(
     wish: &Wish,
 ) -> Result<Next, EngineError> {
     measured_once(model)?;
-    let place = Place::new(study, observations, study.channels()?)?;
+    let place = Place::new(Known::of(study, observations)?, study.channels()?);
     let mut microphones = if wish.without_pressures { BTreeSet::new() } else { place.heard(model) };
     if !microphones.is_empty() {
         microphones.insert(study.rig.microphones.reference);

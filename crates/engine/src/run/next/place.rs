@@ -8,17 +8,14 @@ use super::visit::Visit;
 use crate::data::near_field;
 use crate::noise::{measured_sd, of_point_and_installation, varying};
 use crate::run::average::OpenModel;
-use crate::run::combined::assembly_of;
-use crate::run::followed::Followed;
-use crate::run::inputs::{ambient_of_all, conditions, states};
-use crate::run::meant::observed;
-use crate::{Assembly, Conditions, EngineError, Observed, SavedModel, TrainedPosterior};
+use crate::run::ready::{Known, Ready};
+use crate::{Conditions, EngineError, Observed, SavedModel};
 use rayon::prelude::*;
 use rijke_numerics::{C64, Matrix};
 use rijke_rig::{ChannelErrors, ModeRows};
+use rijke_study::Study;
 use rijke_study::plan::Stage;
-use rijke_study::{ObservedModes, PointState, Study};
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 
 /// Least share of the variance of a misfit that is drawn anew: what was measured without error could else not
 /// be repeated.
@@ -40,95 +37,46 @@ pub struct Wish {
     pub without_pressures: bool,
 }
 
-/// A model, as every point needs it.
-struct Known<'m> {
-    model: &'m SavedModel,
-    posterior: TrainedPosterior,
-    assembly: Assembly,
-    followed: Followed<'m>,
-}
-
-/// What is known of the points of a study, whichever model is asked.
+/// What is known of the points of a study, whichever model is asked, and of its microphones.
 pub(super) struct Place<'a> {
-    study: &'a Study,
-    observed: Vec<Observed>,
-    states: BTreeMap<usize, PointState>,
-    ambient: Vec<Option<[f64; 2]>>,
+    known: Known<'a>,
     channels: Option<ChannelErrors>,
 }
 
 impl<'a> Place<'a> {
     /// `channels` are the errors of the microphones of the study's folder; the study may have more of them.
-    pub(super) fn new(
-        study: &'a Study,
-        observations: &ObservedModes,
-        channels: Option<ChannelErrors>,
-    ) -> Result<Self, EngineError> {
-        let ambient = ambient_of_all(study, observations);
-        let states = states(study, &ambient, true)?;
-        Self::of_states(study, observations, states, channels)
-    }
-
-    /// Where the states of the gas are known.
-    pub(super) fn of_states(
-        study: &'a Study,
-        observations: &ObservedModes,
-        states: BTreeMap<usize, PointState>,
-        channels: Option<ChannelErrors>,
-    ) -> Result<Self, EngineError> {
-        let ambient = ambient_of_all(study, observations);
-        let observed = observed(study, observations, &states, &ambient)?;
-        Ok(Self { study, observed, states, ambient, channels })
+    pub(super) fn new(known: Known<'a>, channels: Option<ChannelErrors>) -> Self {
+        Self { known, channels }
     }
 
     pub(super) fn study(&self) -> &Study {
-        self.study
+        self.known.study
     }
 
     pub(super) fn observed(&self) -> &[Observed] {
-        &self.observed
-    }
-
-    /// The conditions at a point of the campaign, where they can be known: a model that was trained with
-    /// inferred states needs one.
-    fn conditions(&self, model: &SavedModel, k: usize) -> Result<Conditions, EngineError> {
-        let point = &self.study.campaign.points[k];
-        let trained = || model.trained_on.iter().filter_map(|id| self.study.campaign.point(id));
-        let ambient = self.ambient[k].or_else(|| trained().find_map(|(t, _)| self.ambient[t]));
-        conditions(self.study, point, self.states.get(&k), ambient)
-    }
-
-    /// What every point needs of a model.
-    fn known<'m>(&'m self, model: &'m SavedModel) -> Result<Known<'m>, EngineError> {
-        Ok(Known {
-            model,
-            posterior: model.posterior()?,
-            assembly: assembly_of(self.study, &model.candidates, &model.hold)?,
-            followed: Followed::of(self.study, &self.observed, &model.trained_on),
-        })
+        &self.known.observed
     }
 
     /// The modes that a visit of a point measures, with the place where each is sought: those that were
     /// measured there, else all that trained the model.
     fn modes(
         &self,
-        known: &Known<'_>,
+        ready: &Ready<'_>,
         conditions: &Conditions,
     ) -> Result<Vec<(String, Option<C64>)>, EngineError> {
-        let here = self.observed.iter().filter(|o| o.conditions.id == conditions.id);
+        let here = self.observed().iter().filter(|o| o.conditions.id == conditions.id);
         let measured: Vec<_> = here.map(|o| (o.mode.label.clone(), Some(o.near))).collect();
         if !measured.is_empty() {
             return Ok(measured);
         }
-        let values = &known.posterior.gaussian.mean[..known.assembly.parameters().len()];
-        let sought = known.followed.sought(&known.assembly, values, conditions)?;
+        let sought = ready.followed.sought(&ready.assembly, ready.values(), conditions)?;
         Ok(sought.into_iter().map(|mode| (mode.label, mode.near)).collect())
     }
 
     /// A mode at a point by a model.
     fn numbers(
         &self,
-        Known { model, posterior, assembly, .. }: &Known<'_>,
+        Ready { model, posterior, assembly, .. }: &Ready<'_>,
         conditions: &Conditions,
         near: Option<C64>,
         microphones: &[usize],
@@ -163,16 +111,16 @@ impl<'a> Place<'a> {
         candidates: &[usize],
         microphones: &[usize],
     ) -> Result<Vec<Result<Visit, EngineError>>, EngineError> {
-        let known = self.known(model)?;
-        let posterior = &known.posterior;
+        let ready = Ready::of(&self.known, model)?;
+        let posterior = &ready.posterior;
         let trained = self.trained(model);
         let measured = stage.noise_of_predictions.as_ref().unwrap_or(&stage.noise).measured;
         let errors = [0, 1].map(|k| if measured { measured_sd(&trained, k) } else { 0.0 });
         let noise = of_point_and_installation(&posterior.noise);
-        let rig = &self.study.rig;
+        let rig = &self.study().rig;
         let channels = self.channels.as_ref();
         let listening =
-            |errors| Listening::of(self.study, stage, channels, &trained, &posterior.gaussian, errors);
+            |errors| Listening::of(self.study(), stage, channels, &trained, &posterior.gaussian, errors);
         let heard = listening(measured)?;
         // Where the measured errors do not come on top of the misfit, they are the part of it that a repeat
         // draws anew.
@@ -187,7 +135,7 @@ impl<'a> Place<'a> {
         let others: Vec<usize> =
             microphones.iter().copied().filter(|m| *m != rig.microphones.reference).collect();
         let one = |(label, near): &(String, Option<C64>), conditions: &Conditions| {
-            let mut numbers = self.numbers(&known, conditions, *near, microphones)?;
+            let mut numbers = self.numbers(&ready, conditions, *near, microphones)?;
             let rows = numbers.values.len();
             let faults = |m: usize| misfit[2] + near_field(rig, conditions, m).powi(2);
             let [with, without] = [&faults as &dyn Fn(usize) -> f64, &|_| anew[2]]
@@ -222,9 +170,9 @@ impl<'a> Place<'a> {
             numbers.repeated(&rows, &residual)
         };
         let visit = |&k: &usize| {
-            let conditions = self.conditions(model, k)?;
+            let conditions = ready.conditions(k)?;
             let mut visit = Visit::default();
-            for mode in self.modes(&known, &conditions)? {
+            for mode in self.modes(&ready, &conditions)? {
                 let numbers = one(&mode, &conditions)?;
                 visit.add(mode.0, numbers);
             }
@@ -235,14 +183,13 @@ impl<'a> Place<'a> {
 
     /// The observations that trained a model.
     pub(super) fn trained(&self, model: &SavedModel) -> Vec<Observed> {
-        let trained = |o: &&Observed| model.trained_on.contains(&o.conditions.id);
-        self.observed.iter().filter(trained).cloned().collect()
+        self.known.trained(model)
     }
 
     /// The microphones but the reference whose pressures trained a model.
     pub(super) fn heard(&self, model: &SavedModel) -> BTreeSet<usize> {
-        let instruments = &self.study.rig.microphones;
-        let stage = self.study.plan.stage(&model.stage).map(|(_, stage)| stage);
+        let instruments = &self.study().rig.microphones;
+        let stage = self.study().plan.stage(&model.stage).map(|(_, stage)| stage);
         let used = |m: &usize| stage.is_none_or(|s| s.hears(&instruments.names[*m]));
         let trained = self.trained(model);
         let heard = trained.iter().flat_map(|o| o.mode.pressures.iter().map(|(m, _)| *m));
@@ -258,7 +205,7 @@ impl<'a> Place<'a> {
         microphones: &[usize],
     ) -> Result<Measurable, EngineError> {
         let nothing = |reason: String| EngineError::NothingToMeasure { stage: model.stage.clone(), reason };
-        let Some((_, stage)) = self.study.plan.stage(&model.stage) else {
+        let Some((_, stage)) = self.study().plan.stage(&model.stage) else {
             return Err(nothing("the study has no such stage; rank it again".into()));
         };
         let mine = self.expected(stage, model, &wish.candidates, microphones)?;
@@ -306,7 +253,7 @@ impl<'a> Place<'a> {
                 }
                 (Err(e), _) | (_, Err(e)) => e.to_string(),
             };
-            able.left_out.push((self.study.campaign.points[k].id.clone(), why));
+            able.left_out.push((self.study().campaign.points[k].id.clone(), why));
         }
         if able.kept.is_empty() {
             let reason = able.left_out.into_iter().next().map(|(_, reason)| reason);
@@ -331,9 +278,10 @@ impl<'a> Place<'a> {
         candidates: &[usize],
         visits: &[Result<Visit, EngineError>],
     ) -> Result<Numbers, EngineError> {
-        let (known, conditions) = (self.known(model)?, self.conditions(model, k)?);
-        let near = self.modes(&known, &conditions)?.into_iter().next().and_then(|(_, near)| near);
-        let numbers = self.numbers(&known, &conditions, near, &[])?;
+        let ready = Ready::of(&self.known, model)?;
+        let conditions = ready.conditions(k)?;
+        let near = self.modes(&ready, &conditions)?.into_iter().next().and_then(|(_, near)| near);
+        let numbers = self.numbers(&ready, &conditions, near, &[])?;
         let common = |cause: &Shared| {
             let names = |visit: &Result<Visit, EngineError>| {
                 visit.as_ref().is_ok_and(|v| v.0.iter().any(|(_, mode)| mode.shared.contains_key(cause)))

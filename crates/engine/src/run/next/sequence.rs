@@ -11,6 +11,7 @@ use super::place::Place;
 use super::predictive::{Numbers, Predictive};
 use crate::run::course::{Chosen, Done, Run};
 use crate::run::inputs::selected;
+use crate::run::ready::Known;
 use crate::run::record::{ModelRecord, TrainedParameter};
 use crate::{EngineError, Observed, SavedModel};
 use rayon::prelude::*;
@@ -97,7 +98,8 @@ impl Sequence {
     /// # Errors
     /// Those of the files and of the models; new points without a temperature.
     pub fn with(&self, study: &Study, observations: &ObservedModes) -> Result<Leads, EngineError> {
-        let place = Place::of_states(study, observations, self.states.clone(), self.channels.clone())?;
+        let known = Known::of_states(study, observations, self.states.clone())?;
+        let place = Place::new(known, self.channels.clone());
         let now = selected(study, place.observed(), &self.stage.points);
         let known: Vec<&String> = self.models.iter().flat_map(|(.., saved)| &saved.trained_on).collect();
         let new: Vec<&Observed> = now.iter().filter(|o| !known.contains(&&o.conditions.id)).collect();
@@ -207,11 +209,7 @@ fn read(points: Vec<Numbers>, residual: &[f64], sigma: &Matrix) -> Result<Read, 
 
 /// By how much the growth rates and frequencies that trained read more by now, in the order of the data.
 fn changes(place: &Place<'_>, chosen: &Chosen, stage: &Stage, now: &[Observed]) -> Vec<f64> {
-    let rig = &place.study().rig;
-    let names = &rig.microphones.names;
-    let microphones: Vec<usize> = (0..names.len()).filter(|m| stage.hears(&names[*m])).collect();
-    let before: Vec<_> =
-        chosen.observed.iter().map(|o| o.used(&microphones, rig.microphones.reference)).collect();
+    let before = chosen.used(&place.study().rig, stage);
     let change = |(k, row): (usize, usize)| {
         let then = &chosen.observed[k];
         let same = |o: &&Observed| o.conditions.id == then.conditions.id && o.mode.label == then.mode.label;

@@ -4,7 +4,7 @@ use crate::{Assembly, Conditions, PointModel};
 use rijke_network::levine_schwinger;
 use rijke_numerics::C64;
 use rijke_study::names::{DIAMETER, FLANGED, LEVINE_SCHWINGER, SOUND_SPEED};
-use rijke_study::{GasModel, PIECES, Place, Rig, Shape, Value};
+use rijke_study::{GasModel, Place, Rig, Shape, Value};
 use serde::Serialize;
 
 /// A number of the rig: known, words of a formula, or a table over the name of a factor.
@@ -28,7 +28,8 @@ pub(super) struct PartScript {
     /// Length and both areas of a duct; places of a device; beginning and end of an insert.
     at: Vec<Number>,
     /// Pieces of a cone.
-    pieces: usize,
+    /// Of a straight duct, and of a cone.
+    pieces: [usize; 2],
 }
 
 /// A law of the model and where it acts.
@@ -80,13 +81,13 @@ impl Script {
         let rig: &Rig = &assembly.rig;
         let part = |part: &rijke_study::Part| {
             let (shape, at, pieces) = match &part.shape {
-                Shape::Duct(d) => ("duct", vec![&d.length, &d.area[0], &d.area[1]], d.pieces),
-                Shape::Device(at) => ("device", at.iter().collect(), None),
-                Shape::Insert(from, to) => ("insert", vec![from, to], None),
+                Shape::Duct(d) => ("duct", vec![&d.length, &d.area[0], &d.area[1]], d.pieces()),
+                Shape::Device(at) => ("device", at.iter().collect(), [1; 2]),
+                Shape::Insert(from, to) => ("insert", vec![from, to], [1; 2]),
             };
             let numbers = part.numbers.iter().map(|(name, value)| (*name, number(value))).collect();
             let at = at.into_iter().map(number).collect();
-            PartScript { shape, present: part.present, numbers, at, pieces: pieces.unwrap_or(PIECES) }
+            PartScript { shape, present: part.present, numbers, at, pieces }
         };
         let mut effects = Vec::new();
         for (k, candidate) in assembly.candidates().iter().enumerate() {

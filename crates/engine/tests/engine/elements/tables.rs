@@ -56,7 +56,7 @@ fn exact_a_candidate_has_the_table_of_a_flame() {
     }
     for (from, to, said) in [
         ("eu = '-n*F'", "eu = '-n'", "`F` is used nowhere"),
-        ("tolerance", "tolerence", "unknown field `tolerence`"),
+        ("tolerance", "tolerence", "there is no key `tolerence`; did you mean `tolerance`?"),
         ("table = TABLE", "table = 'nowhere.csv'", "nowhere.csv"),
         ("1e-3MORE", "0.9", "at most 0.5"),
         ("tables.F", "tables.n", "a parameter"),

@@ -208,13 +208,15 @@ fn formula(term: &Asked) -> Option<(Option<String>, String, f64, String)> {
         None => (String::new(), 1.0, String::new()),
         Some(("frequency" | "velocity", _)) => return None,
         Some((name, rest)) => {
-            let mut words = rest.trim_end_matches(')').split(' ');
-            let largest = words.next()?.parse().ok()?;
+            let (number, unit) = rest.trim_end_matches(')').split_once(' ').unwrap_or((rest, ""));
+            let largest = number.trim_end_matches(')').parse().ok()?;
             let inverse = |unit: &str| match unit.split_once('^') {
                 Some((unit, power)) => format!("{unit}^{}", -power.parse::<i32>().unwrap()),
                 None => format!("{unit}^-1"),
             };
-            (format!("*{name}"), largest, words.map(inverse).collect::<Vec<_>>().join(" "))
+            let (above, below) = unit.split_once('/').unwrap_or((unit, ""));
+            let powers = above.split(' ').filter(|u| !["", "1"].contains(u)).map(inverse);
+            (format!("*{name}"), largest, powers.chain([below.to_owned()]).collect::<Vec<_>>().join(" "))
         }
     };
     let device = Some(term.place.clone()).filter(|p| !p.starts_with("x = "));

@@ -8,6 +8,7 @@ use rijke_numerics::{C64, Stream};
 use rijke_rig::DataKind;
 use rijke_study::responses::{ObservedResponse, ResponseKind, Responses};
 use rijke_study::{Coefficient, Place, Study};
+use std::collections::BTreeMap;
 use std::f64::consts::PI;
 use std::path::{Path, PathBuf};
 
@@ -91,7 +92,13 @@ pub(crate) fn folder(name: &str, rig: &str, base: &str, errors: &str, more: &str
 
 /// Responses that a test makes up.
 pub(crate) fn observed(list: Vec<ObservedResponse>) -> Responses {
-    Responses { kind: DataKind::Virtual, source: "a closed form".into(), list, warnings: Vec::new() }
+    Responses {
+        kind: DataKind::Virtual,
+        source: "a closed form".into(),
+        list,
+        ambient: BTreeMap::new(),
+        warnings: Vec::new(),
+    }
 }
 
 /// Trains on a reflection coefficient.

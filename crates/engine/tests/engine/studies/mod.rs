@@ -1,6 +1,7 @@
 //! Studies of rigs that have nothing in common with the paper's, from their files.
 
 mod asked;
+mod columns;
 mod conjugated;
 mod delayed;
 mod handed_on;

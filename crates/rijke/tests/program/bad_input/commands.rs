@@ -176,7 +176,7 @@ pub(super) const CASES: [Case; 39] = [
         "noise that is none",
         |_| (),
         "check . --sd 0 1 0.001",
-        ["invalid value '0' for '--sd <SD> <SD> <SD>'", "must be positive", "--help"],
+        ["invalid value '0' for '--sd <GROWTH> <OMEGA> <PRESSURE>'", "must be positive", "--help"],
     ),
     case(
         "band of no numbers",
@@ -260,7 +260,7 @@ pub(super) const CASES: [Case; 39] = [
         "truth that is none",
         |d| fs::write(d.join("truth.toml"), "gravity = 9.81\n").unwrap(),
         "lab --truth truth.toml --out records",
-        ["truth.toml", "gravity", "expected"],
+        ["truth.toml", "gravity", "known here: ends"],
     ),
     case(
         "laboratory for a folder of records",
@@ -287,7 +287,7 @@ pub(super) const CASES: [Case; 39] = [
         "network without segments",
         |d| network(d, "name = \"nothing\"\n"),
         "modes tube.toml",
-        ["tube.toml", "line 1", "missing field `upstream`"],
+        ["tube.toml", "line 1", "the key `upstream` is missing"],
     ),
     case(
         "network that is no TOML",

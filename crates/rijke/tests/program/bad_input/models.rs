@@ -102,7 +102,7 @@ pub(super) const CASES: [Case; 30] = [
         "unknown key",
         |d| own(d, "cite = ", "cited = "),
         RANK,
-        ["own.toml, line 5", "unknown field `cited`", "expected"],
+        ["own.toml, line 5", "there is no key `cited`; did you mean `cite`?", "Known here: "],
     ),
     case(
         "parameter that is called like a symbol",

@@ -127,7 +127,7 @@ pub(super) const CASES: [Case; 24] = [
         "unknown kind of data",
         |d| edit(d, "data/observations/observations.toml", "\"virtual\"", "\"guessed\""),
         RANK,
-        ["observations.toml, line 1", "unknown variant `guessed`", "expected `measured` or `virtual`"],
+        ["observations.toml, line 1", "`guessed` is not known", "known here: measured, virtual"],
     ),
     case(
         "no modes",
@@ -232,7 +232,7 @@ pub(super) const CASES: [Case; 24] = [
         "closures that do not exist",
         |d| fs::write(d.join("closures.toml"), "convection = 2\n").unwrap(),
         "flow data --closures closures.toml --out base-flow",
-        ["closures.toml", "unknown field `convection`", "expected"],
+        ["closures.toml", "there is no key `convection`", "nown here: "],
     ),
     case(
         "results in the place of something else",

@@ -230,7 +230,7 @@ pub(super) const CASES: [Case; 42] = [
         "no day",
         |d| edit(d, "records/manifest.toml", "[[day]]", "[[days]]"),
         CHECK,
-        ["manifest.toml:", "unknown field `days`", "expected one of"],
+        ["manifest.toml:", "there is no key `days`; ", "nown here: "],
     ),
     case(
         "full scale of zero",

@@ -73,6 +73,8 @@ impl Reading<'_> {
         }
         for (key, unit, value) in [("delay", "s", &delay), ("cutoff_hz", "Hz", &cutoff)] {
             if let Some(value) = value {
+                let number = value.as_float().or_else(|| value.as_integer().map(|i| i as f64));
+                self.delays.extend(number.filter(|_| key == "delay").map(|delay| (at.clone(), delay)));
                 all.extend(self.defined(owner, key, unit, value, at)?);
             }
         }

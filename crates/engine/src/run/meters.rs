@@ -1,0 +1,68 @@
+//! Errors of meters that all points share, as training found them.
+
+use super::course::{Chosen, Run};
+use rijke_numerics::words::{quantity, with_sd};
+use rijke_study::{Cause, Factor};
+use std::collections::BTreeSet;
+
+/// An error whose standard deviation is a larger part of the stated one than this is as it was stated.
+const AS_STATED: f64 = 0.9;
+
+/// Errors that are told to this part of their stated deviation are judged together.
+const TOLD: f64 = 0.5;
+/// So many standard deviations their mean is from zero, or the root of their mean square above one.
+const APART: f64 = 3.3;
+
+impl Run {
+    /// Factors whose errors, each drawn anew by what is stated, lie to one side, or are larger than stated, in
+    /// a sentence each.
+    pub(super) fn one_sided(&self, found: &Chosen) -> Vec<String> {
+        let posterior = found.trained.posterior();
+        let displaced = found.observed.iter().flat_map(|o| &o.conditions.displaced).map(|(cause, _)| cause);
+        let causes: BTreeSet<&Cause> = displaced.collect();
+        let common = &self.study.plan.common_errors;
+        let one = |factor: &Factor| {
+            let of_it = |cause: &&&Cause| matches!(cause, Cause::Factor { name, .. } if *name == factor.name);
+            let errors = causes.iter().filter(of_it).filter_map(|cause| posterior.error_of(cause));
+            let told: Vec<f64> = errors.filter(|[_, sd]| *sd < TOLD).map(|[error, _]| error).collect();
+            let n = told.len() as f64;
+            let (mean, square) = (told.iter().sum::<f64>() / n, told.iter().map(|e| e * e).sum::<f64>() / n);
+            let aside = mean.abs() * n.sqrt() > APART;
+            let larger = square.sqrt() > 1.0 + APART / (2.0 * n).sqrt();
+            (told.len() > 2 && !common.contains(&factor.name) && (aside || larger)).then(|| {
+                format!(
+                    "the errors of `{0}` at {1} settings lie at {mean:+.1} of `{0}_sd` on average, {2:.1} root mean square: if a meter reads wrongly \
+                     everywhere, name it in `common_errors`; else `{0}_sd` is too small, or the model needs `{0}` to be wrong",
+                    factor.name,
+                    told.len(),
+                    square.sqrt()
+                )
+            })
+        };
+        self.study.campaign.factors.iter().filter_map(one).collect()
+    }
+
+    /// The errors of factors that all points share (`common_errors`), each in a sentence, where the data tell
+    /// them.
+    pub(super) fn meters(&self, found: &Chosen) -> Vec<String> {
+        let (posterior, campaign) = (found.trained.posterior(), &self.study.campaign);
+        let one = |name: &String| {
+            let factor = campaign.factor(name)?;
+            let (installation, level) = (String::new(), String::new());
+            let [error, sd] =
+                posterior.error_of(&Cause::Factor { name: name.clone(), installation, level })?;
+            let first = found.observed.first().map(|o| &o.conditions.point)?;
+            let stated = first.factor_sds[factor];
+            let unit = campaign.factors[factor].unit_in_print();
+            (sd < AS_STATED).then(|| {
+                format!(
+                    "the error of `{name}` that all points share is {} of `{name}_sd`, {} at {}; predictions take `{name}` as the same meter reads it",
+                    with_sd(error, sd),
+                    quantity(error * stated, sd * stated, &unit),
+                    first.id
+                )
+            })
+        };
+        self.study.plan.common_errors.iter().filter_map(one).collect()
+    }
+}
