@@ -8,6 +8,7 @@ use crate::words::not_quiet;
 /// What is wrong with one record. Every variant concerns that record alone: the caller lists it and goes on
 /// with the next. Times are seconds from the first sample of the record.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum Fault {
     /// The channels do not have the same length, or there is none.
     #[error(
@@ -150,6 +151,20 @@ pub enum Fault {
         /// Time between the impulse and its reflection, s.
         room: f64,
     },
+    /// What follows an impulse is no reflection of it at an open end.
+    #[error(
+        "the impulse, in a window from {:.2} ms before to {:.2} ms after its peak, and its reflection {:.2} ms later do not fit {channel}: use \
+         a shorter impulse, and look whether the end is open and its place in rig.toml is right",
+        1e3 * window.0, 1e3 * window.1, 1e3 * lag
+    )]
+    StrangeReflection {
+        /// The channel nearest the reflecting end.
+        channel: Channel,
+        /// The window that was fitted, s before and after the peak.
+        window: (f64, f64),
+        /// Time between the impulse and its reflection, s.
+        lag: f64,
+    },
     /// An impulse too near the first or the last sample.
     #[error(
         "the impulse at {channel} comes {:.2} ms after the first sample and {:.2} ms before the last one, and {:.2} ms are needed on \
@@ -232,14 +247,15 @@ pub enum Fault {
     },
     /// Mains hum is as loud as the impulse.
     #[error(
-        "hum burst at {at:.3} s: energy near {frequency_hz:.0} Hz has {ratio:.2} times the amplitude of the impulse"
+        "{frequency_hz:.0} Hz hum in {channel} has {ratio:.2} times the amplitude of its impulse. Ground the amplifiers at one point, and \
+         keep the cables away from the mains"
     )]
     LoudHum {
-        /// Middle of the stretch, s.
-        at: f64,
+        /// The channel.
+        channel: Channel,
         /// Multiple of the mains frequency, Hz.
         frequency_hz: f64,
-        /// Amplitude over the largest sample.
+        /// Amplitude over the largest distance of a sample from the mean.
         ratio: f64,
     },
     /// The fit leaves more than noise.
@@ -302,7 +318,7 @@ pub enum Fault {
     },
     /// A channel is loud and bent.
     #[error(
-        "{channel} saturates: the forcing holds its third harmonic with {:.1} % of its amplitude, and the decay loses it with the \
+        "{channel} saturates: where it is loudest its third harmonic has {:.1} % of its amplitude, and the decay loses it with the \
          amplitude. Lower the gain, or drive the loudspeaker less; where it is this channel alone, `dead = [{dead}]` in the manifest keeps the others",
         100.0 * share, dead = channel.number()
     )]
