@@ -22,7 +22,7 @@ pub enum Fault {
         /// The number of samples of the first channel.
         need: usize,
     },
-    /// Options with which nothing can be fitted.
+    /// Options that no fit can use.
     #[error("the options of the fit: {0}")]
     Options(&'static str),
     /// Too few samples, channels or settings out of range for what was asked.
@@ -151,20 +151,13 @@ pub enum Fault {
         /// Time between the impulse and its reflection, s.
         room: f64,
     },
-    /// What follows an impulse is no reflection of it at an open end.
+    /// What follows an impulse is no reflection at an open end: the channel nearest that end, the window that
+    /// was fitted before and after the peak, s, and the time between impulse and reflection, s.
     #[error(
-        "the impulse, in a window from {:.2} ms before to {:.2} ms after its peak, and its reflection {:.2} ms later do not fit {channel}: use \
-         a shorter impulse, and look whether the end is open and its place in rig.toml is right",
-        1e3 * window.0, 1e3 * window.1, 1e3 * lag
+        "the impulse ({before:.2} ms before to {after:.2} ms after its peak) and its reflection {later:.2} ms later do not fit {0}: use a shorter impulse",
+        before = 1e3 * .1.0, after = 1e3 * .1.1, later = 1e3 * .2
     )]
-    StrangeReflection {
-        /// The channel nearest the reflecting end.
-        channel: Channel,
-        /// The window that was fitted, s before and after the peak.
-        window: (f64, f64),
-        /// Time between the impulse and its reflection, s.
-        lag: f64,
-    },
+    StrangeReflection(Channel, (f64, f64), f64),
     /// An impulse too near the first or the last sample.
     #[error(
         "the impulse at {channel} comes {:.2} ms after the first sample and {:.2} ms before the last one, and {:.2} ms are needed on \
@@ -245,19 +238,12 @@ pub enum Fault {
         /// Amplitude of the burst over the noise.
         ratio: f64,
     },
-    /// Mains hum is as loud as the impulse.
+    /// Mains hum is as loud as the impulse: the channel, the multiple of the mains frequency, Hz, and the
+    /// amplitude over the largest distance of a sample from the mean.
     #[error(
-        "{frequency_hz:.0} Hz hum in {channel} has {ratio:.2} times the amplitude of its impulse. Ground the amplifiers at one point, and \
-         keep the cables away from the mains"
+        "{1:.0} Hz hum in {0} has {2:.2} times the amplitude of its impulse: keep the cables away from the mains"
     )]
-    LoudHum {
-        /// The channel.
-        channel: Channel,
-        /// Multiple of the mains frequency, Hz.
-        frequency_hz: f64,
-        /// Amplitude over the largest distance of a sample from the mean.
-        ratio: f64,
-    },
+    LoudHum(Channel, f64, f64),
     /// The fit leaves more than noise.
     #[error(
         "the fit leaves {ratio:.2} times the noise power at {at:.3} s, {channel}, mostly near {frequency_hz:.0} Hz"

@@ -202,7 +202,7 @@ impl Fitting {
         match near.filter(|_| self.is_strange()) {
             Some(channel) => {
                 let (window, lag) = (options.window, lag(&channel));
-                Err(Fault::StrangeReflection { channel: channel.into(), window, lag })
+                Err(Fault::StrangeReflection(channel.into(), window, lag))
             }
             None => Ok(self),
         }

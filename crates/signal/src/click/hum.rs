@@ -33,7 +33,7 @@ pub(super) fn loud_hum(trace: &Trace<'_>, mains_hz: f64) -> Result<(), Fault> {
             let amplitude = 2.0 * dot(&means, &wave.re).hypot(dot(&means, &wave.im)) / span as f64;
             if amplitude > 0.2 * largest {
                 let (frequency_hz, ratio) = (mains_hz * harmonic, amplitude / largest);
-                return Err(Fault::LoudHum { channel: channel.into(), frequency_hz, ratio });
+                return Err(Fault::LoudHum(channel.into(), frequency_hz, ratio));
             }
         }
     }

@@ -57,9 +57,9 @@ impl Swept {
     /// which the rig settles, is left out.
     ///
     /// # Errors
-    /// As [`Spectra::welch`]; [`Fault::Options`] for a resolution that is no positive number; [`Fault::TooShort`] for records of different lengths, less than two microphones
-    /// or two periods, a single record with less than three frequencies in a band, or a band without a
-    /// frequency.
+    /// As [`Spectra::welch`]; [`Fault::Options`] for a resolution that is no positive number;
+    /// [`Fault::TooShort`] for records of different lengths, less than two microphones or two periods, a
+    /// single record with less than three frequencies in a band, or a band without a frequency.
     pub fn new(records: &[Vec<Vec<f64>>], rate_hz: f64, options: &SweptOptions) -> Result<Self, Fault> {
         asked(rate_hz, options.band_hz)?;
         if !(options.resolution_hz.is_finite() && options.resolution_hz > 0.0) {
