@@ -108,9 +108,7 @@ pub(crate) fn compared(
                 ),
                 "Leave out the records of one of the two.".to_owned(),
             ),
-            ComparisonFault::Alone { .. } => {
-                (fault.to_string(), "Look at the files and at `channels`.".to_owned())
-            }
+            _ => (fault.to_string(), "Look at the files and at `channels`.".to_owned()),
         };
         Failed::bad_input(what).at(&records.path).remedy(remedy)
     })

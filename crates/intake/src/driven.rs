@@ -84,7 +84,7 @@ pub(crate) fn driven(
         files.push((format!("pressures/{point}.csv"), text));
         points.push(tell_heard(point, &heard, names, is_whole, tell));
         let Some(specimen) = &driven.transmission else { continue };
-        let (text, bands) = transmission(&heard, specimen, study, index, records)?;
+        let (text, bands) = transmission(&heard, specimen, study, index, (records, table))?;
         files.push((format!("transmission/{point}.csv"), text));
         let is_specimen = specimen.points.contains(point);
         for b in &bands {
@@ -276,6 +276,7 @@ impl Records<'_> {
                 PressureFault::Incoherent { .. } => {
                     "Look whether `band_hz` holds the frequencies of the sweep; drive it longer or louder, or lower `coherence`."
                 }
+                _ => "Look at these files.",
             };
             let what = format!("{}: {fault}", files.join(", "));
             Failed::bad_input(what).at(&self.records.path).remedy(remedy)
@@ -319,10 +320,14 @@ fn transmission(
     specimen: &Specimen,
     study: &Study,
     point: usize,
-    records: &ExcitedRecords,
+    (records, table): (&ExcitedRecords, &str),
 ) -> Result<(String, Vec<LossBand>), Failed> {
     let layout = study.rig.at_factors(&study.campaign.points[point].factors, study.rig.temperature);
-    let layout = layout.map_err(|problem| Failed::bad_input(problem).at(&study.folder.join("rig.toml")))?;
+    let layout = layout.map_err(|problem| {
+        Failed::bad_input(problem)
+            .at(&study.folder.join("rig.toml"))
+            .remedy("Correct rig.toml, or the factors of this point in campaign.csv.")
+    })?;
     if let Some(part) = study.rig.parts.iter().find(|part| part.is_of_other_gas()) {
         return Err(Failed::bad_input(format!(
             "`{}` has a gas of its own, and transmission is told in one gas",
@@ -339,7 +344,7 @@ fn transmission(
     let [before, behind] = tube.sides();
     if before < 2 || behind < 2 {
         return Err(Failed::bad_input(format!(
-            "`between` of [random.transmission] has {before} microphones upstream of the specimen and {behind} downstream of it; waves are told apart by two or more"
+            "`between` of [{table}.transmission] has {before} microphones upstream of the specimen and {behind} downstream of it; waves are told apart by two or more"
         ))
         .at(&records.path)
         .remedy("Correct `between`, or the places of the microphones in rig.toml."));

@@ -140,7 +140,11 @@ fn blows(records: &ExcitedRecords, blow: &Blow, study: &Study, tell: &dyn Tell) 
         }
         fits.push(fit);
     }
-    let mut found = combine_blows(&fits).into_iter();
+    let combined = combine_blows(&fits);
+    for (record, why) in &combined.outliers {
+        tell.note(format!("{}: left out of the mean of a mode: {why}", blow.files[*record]));
+    }
+    let mut found = combined.modes.into_iter();
     let mut text =
         "point,mode,growth_rate [1/s],growth_rate_sd [1/s],frequency [Hz],frequency_sd [Hz]\n".to_owned();
     let mut modes = Vec::new();

@@ -133,6 +133,7 @@ impl Intake {
         fits.ping.highest_hz = fits.ping.highest_hz.max(1.4 * found.1);
         let stated = mains(options.mains_hz, set, study);
         fits.ping.mains_hz = stated.unwrap_or(fits.ping.mains_hz);
+        fits.ping.silent_channels = set.acquisition.may_be_silent;
         fits.click.mains_hz = fits.ping.mains_hz;
         (fits.gain_spread, fits.stated) = (options.gain_spread, options.channels);
         (fits, why)

@@ -18,6 +18,7 @@ pub mod rational;
 mod routh;
 pub mod special;
 mod streams;
+pub mod tails;
 mod tell;
 mod whole;
 pub mod wide;

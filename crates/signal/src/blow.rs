@@ -1,9 +1,11 @@
 //! Several modes of a record that begins with a blow: a tube that was struck, and rings until it is silent.
 
 use crate::Fault;
+use crate::random::live_length;
+use crate::repeats::{Repeats, combine, pool};
 use crate::ringdown::pencil::{Decimated, poles};
 use crate::ringdown::{Component, Kind, SETTLING, Solution, White, energies, solve};
-use rijke_numerics::{C64, Matrix};
+use rijke_numerics::{C64, Matrix, median};
 use std::f64::consts::TAU;
 
 /// Settings of [`fit_blow`].
@@ -35,6 +37,15 @@ pub struct BlowMode {
     pub covariance: Matrix,
 }
 
+/// What several records of like blows tell together.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CombinedBlows {
+    /// For every wanted frequency the mean over the records, or none if no record has the mode.
+    pub modes: Vec<Option<BlowMode>>,
+    /// Records left out of the mean of a mode, by their place in the input, and why.
+    pub outliers: Vec<(usize, Fault)>,
+}
+
 /// A blow begins where the envelope first reaches this part of its largest value.
 const ONSET: f64 = 0.1;
 /// Another begins where it rises by this factor over all of the 20 ms before.
@@ -51,25 +62,29 @@ const NEAR: f64 = 0.04;
 
 /// Finds the onset of the blow, and fits damped exponentials to the stretch behind it: the poles of ESPRIT,
 /// then the maximum of the likelihood of all of them together, from several starts. Channels that are copies
-/// of another count once.
+/// of another count once, and the median of a channel is taken away first.
 ///
 /// # Errors
+/// [`Fault::Options`]; [`Fault::UnequalChannels`]; [`Fault::NotFinite`]; [`Fault::DeadChannel`] for a channel
+/// of a single value;
 /// [`Fault::TooShort`] where the record or the stretch before another blow is too short; faults of the fits,
 /// if none of them succeeds.
 pub fn fit_blow(channels: &[Vec<f64>], rate_hz: f64, options: &BlowOptions) -> Result<BlowFit, Fault> {
-    let mut own: Vec<&Vec<f64>> = Vec::new();
-    for channel in channels {
-        if !own.contains(&channel) {
-            own.push(channel);
-        }
+    let positive = |v: f64| v.is_finite() && v > 0.0;
+    if !(positive(rate_hz) && positive(options.highest_hz)) {
+        return Err(Fault::Options("the sampling rate or the highest frequency is no number above zero"));
     }
-    let have = own.first().map_or(0, |c| c.len());
-    if let Some(channel) = channels.iter().position(|c| c.len() != have) {
-        return Err(Fault::UnequalChannels {
-            channel: channel.into(),
-            have: channels[channel].len(),
-            need: have,
-        });
+    if !(options.stretch_s[0] >= 0.0 && options.stretch_s[0] < options.stretch_s[1]) {
+        return Err(Fault::Options("the stretch is not two times after the onset, the earlier one first"));
+    }
+    let have = live_length(channels)?;
+    let mut own: Vec<Vec<f64>> = Vec::new();
+    for channel in channels {
+        let offset = median(channel.clone());
+        let level: Vec<f64> = channel.iter().map(|v| v - offset).collect();
+        if !own.contains(&level) {
+            own.push(level);
+        }
     }
     let onsets_s = onsets(&own, rate_hz);
     let first = onsets_s.first().copied().unwrap_or(0.0);
@@ -103,25 +118,36 @@ pub fn fit_blow(channels: &[Vec<f64>], rate_hz: f64, options: &BlowOptions) -> R
     }
     match failed {
         Some(fault) if found.iter().all(Vec::is_empty) => Err(fault),
-        _ => Ok(BlowFit { onsets_s, modes: found.iter().map(|list| together(list, 1.0)).collect() }),
+        _ => Ok(BlowFit { onsets_s, modes: found.iter().map(|list| together(list)).collect() }),
     }
 }
 
-/// The mean of several records of like blows, mode by mode: the mean of their errors, and how they scatter.
+/// The mean of several records of like blows, mode by mode and with equal weights, as [`combine`] forms it of
+/// repeats. How much records scatter is learnt from all modes together ([`pool`]).
 #[must_use]
-pub fn combine_blows(fits: &[BlowFit]) -> Vec<Option<BlowMode>> {
+pub fn combine_blows(fits: &[BlowFit]) -> CombinedBlows {
     let count = fits.first().map_or(0, |f| f.modes.len());
-    let of = |k: usize| {
-        let all: Vec<BlowMode> = fits.iter().filter_map(|f| f.modes.get(k).cloned().flatten()).collect();
-        let n = all.len() as f64;
-        if all.len() == 1 { all.into_iter().next() } else { together(&all, n) }
+    let mut outliers = Vec::new();
+    let mut of = |k: usize| -> Option<Repeats> {
+        let has = |(n, fit): (usize, &BlowFit)| Some((n, fit.modes.get(k)?.clone()?));
+        let all: Vec<(usize, BlowMode)> = fits.iter().enumerate().filter_map(has).collect();
+        let values: Vec<_> =
+            all.iter().map(|(n, m)| (*n as f64, vec![m.s.re, m.s.im], m.covariance.clone())).collect();
+        let hz = median(all.iter().map(|(_, m)| m.s.im / TAU).collect());
+        let names = |i: usize| format!("{} of the mode at {hz:.1} Hz", ["growth rate", "frequency"][i]);
+        let mut repeats = combine(&values, &names)?;
+        outliers.extend(std::mem::take(&mut repeats.outliers).into_iter().map(|(i, why)| (all[i].0, why)));
+        Some(repeats)
     };
-    (0..count).map(of).collect()
+    let mut found: Vec<Option<Repeats>> = (0..count).map(&mut of).collect();
+    pool(&mut found.iter_mut().flatten().collect::<Vec<_>>());
+    let mode = |r: Repeats| BlowMode { s: C64::new(r.mean[0], r.mean[1]), covariance: r.covariance };
+    CombinedBlows { modes: found.into_iter().map(|r| r.map(mode)).collect(), outliers }
 }
 
-/// The mean of at least two estimates, weighted by the errors of their frequencies; its covariance is the
-/// mean of theirs and their scatter, over `independent`.
-fn together(all: &[BlowMode], independent: f64) -> Option<BlowMode> {
+/// The mean of at least two fits of one record from different starts, weighted by the errors of their
+/// frequencies. They share most of their samples: its covariance is the mean of theirs and their scatter.
+fn together(all: &[BlowMode]) -> Option<BlowMode> {
     if all.len() < 2 {
         return None;
     }
@@ -135,15 +161,15 @@ fn together(all: &[BlowMode], independent: f64) -> Option<BlowMode> {
             let scatter = apart(m)[i] * apart(m)[j] * n / (n - 1.0);
             w * (m.covariance[(i, j)] + scatter)
         };
-        all.iter().zip(&weights).map(one).sum::<f64>() / whole / independent
+        all.iter().zip(&weights).map(one).sum::<f64>() / whole
     });
     Some(BlowMode { s: mean, covariance })
 }
 
 /// Where blows begin, s.
-fn onsets(channels: &[&Vec<f64>], rate_hz: f64) -> Vec<f64> {
+fn onsets(channels: &[Vec<f64>], rate_hz: f64) -> Vec<f64> {
     let block = ((BLOCK * rate_hz).round() as usize).max(1);
-    let length = channels.first().map_or(0, |c| c.len());
+    let length = channels.first().map_or(0, Vec::len);
     let size = |n: usize| channels.iter().map(|c| c[n].abs()).fold(0.0, f64::max);
     let envelope: Vec<f64> = (0..length)
         .step_by(block)

@@ -8,6 +8,7 @@ use crate::words::not_quiet;
 /// What is wrong with one record. Every variant concerns that record alone: the caller lists it and goes on
 /// with the next. Times are seconds from the first sample of the record.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum Fault {
     /// The channels do not have the same length, or there is none.
     #[error(
@@ -21,7 +22,7 @@ pub enum Fault {
         /// The number of samples of the first channel.
         need: usize,
     },
-    /// Options with which nothing can be fitted.
+    /// Options that no fit can use.
     #[error("the options of the fit: {0}")]
     Options(&'static str),
     /// Too few samples, channels or settings out of range for what was asked.
@@ -150,6 +151,13 @@ pub enum Fault {
         /// Time between the impulse and its reflection, s.
         room: f64,
     },
+    /// What follows an impulse is no reflection at an open end: the channel nearest that end, the window that
+    /// was fitted before and after the peak, s, and the time between impulse and reflection, s.
+    #[error(
+        "the impulse ({before:.2} ms before to {after:.2} ms after its peak) and its reflection {later:.2} ms later do not fit {0}: use a shorter impulse",
+        before = 1e3 * .1.0, after = 1e3 * .1.1, later = 1e3 * .2
+    )]
+    StrangeReflection(Channel, (f64, f64), f64),
     /// An impulse too near the first or the last sample.
     #[error(
         "the impulse at {channel} comes {:.2} ms after the first sample and {:.2} ms before the last one, and {:.2} ms are needed on \
@@ -230,18 +238,12 @@ pub enum Fault {
         /// Amplitude of the burst over the noise.
         ratio: f64,
     },
-    /// Mains hum is as loud as the impulse.
+    /// Mains hum is as loud as the impulse: the channel, the multiple of the mains frequency, Hz, and the
+    /// amplitude over the largest distance of a sample from the mean.
     #[error(
-        "hum burst at {at:.3} s: energy near {frequency_hz:.0} Hz has {ratio:.2} times the amplitude of the impulse"
+        "{1:.0} Hz hum in {0} has {2:.2} times the amplitude of its impulse: keep the cables away from the mains"
     )]
-    LoudHum {
-        /// Middle of the stretch, s.
-        at: f64,
-        /// Multiple of the mains frequency, Hz.
-        frequency_hz: f64,
-        /// Amplitude over the largest sample.
-        ratio: f64,
-    },
+    LoudHum(Channel, f64, f64),
     /// The fit leaves more than noise.
     #[error(
         "the fit leaves {ratio:.2} times the noise power at {at:.3} s, {channel}, mostly near {frequency_hz:.0} Hz"
@@ -302,7 +304,7 @@ pub enum Fault {
     },
     /// A channel is loud and bent.
     #[error(
-        "{channel} saturates: the forcing holds its third harmonic with {:.1} % of its amplitude, and the decay loses it with the \
+        "{channel} saturates: where it is loudest its third harmonic has {:.1} % of its amplitude, and the decay loses it with the \
          amplitude. Lower the gain, or drive the loudspeaker less; where it is this channel alone, `dead = [{dead}]` in the manifest keeps the others",
         100.0 * share, dead = channel.number()
     )]

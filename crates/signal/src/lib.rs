@@ -16,7 +16,7 @@ mod trace;
 mod unstable;
 mod words;
 
-pub use blow::{BlowFit, BlowMode, BlowOptions, combine_blows, fit_blow};
+pub use blow::{BlowFit, BlowMode, BlowOptions, CombinedBlows, combine_blows, fit_blow};
 pub use campaign::{
     Kept, LiveRecord, PointScatter, ProcessError, ProcessOptions, Processed, click_options, process,
     process_again, record_count,

@@ -2,6 +2,7 @@
 
 /// Two readings of one decay, whose growth rates differ.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum TwoReadings {
     /// A second mode so near, Hz, and a drift, rad/s^2, together: a forcing that goes on may be fitted by
     /// both.

@@ -2,6 +2,7 @@
 
 /// What a rig does by itself.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum Unstable {
     /// A mode beside the wanted one grows.
     #[error(

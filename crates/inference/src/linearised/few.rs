@@ -17,6 +17,7 @@
 //!   deviations" means what it says.
 
 use super::{Floating, Linearised};
+use rijke_numerics::tails::student_of;
 use rijke_numerics::{Cholesky, Matrix, dot};
 
 /// What few data leave unknown of the noises.
@@ -29,13 +30,11 @@ pub struct Few {
     pub noises: Vec<(usize, [f64; 2])>,
 }
 
-/// Half of what holds Student's t with the probability of two standard deviations, by Wallace, Ann. Math.
-/// Stat. 30 (1959) 1124: 1 % too wide at 3 degrees of freedom, 4 % at 2; fewer than one count as one.
+/// Half of what holds Student's t with the probability of two standard deviations, 1 % too wide at
+/// 3 degrees of freedom, 4 % at 2 ([`student_of`]); fewer than one count as one.
 #[must_use]
 pub fn student(freedom: f64) -> f64 {
-    let freedom = freedom.clamp(1.0, 1e9);
-    let z = 2.0 * (8.0 * freedom + 3.0) / (8.0 * freedom + 1.0);
-    0.5 * (freedom * (z * z / freedom).exp_m1()).sqrt()
+    0.5 * student_of(2.0, freedom.clamp(1.0, 1e9))
 }
 
 impl Linearised {

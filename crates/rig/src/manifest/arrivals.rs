@@ -1,9 +1,9 @@
 //! Records that are still being made: which of the files that a manifest lists are there, whole and readable.
 
+use super::folder::digest;
 use crate::{Described, RecordFolder, RecordSource, RigError};
 use std::collections::BTreeMap;
 use std::fs;
-use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
@@ -91,10 +91,16 @@ impl Arrivals {
         };
         let Some((_, records)) = &self.manifest else { return look };
         let mut states = BTreeMap::new();
-        for (file, read) in records.readers() {
+        for item in records.set().items() {
+            let file = item.name(records.set());
+            let path = self.folder.join(file);
+            let once = || -> Result<u64, RigError> {
+                item.read(records)?;
+                digest(&path).map_err(RigError::read(&path))
+            };
             let before = self.files.remove(file);
             let counted = matches!(before, Some(State::Whole(..)));
-            let Some(now) = stamp(&self.folder.join(file)) else {
+            let Some(now) = stamp(&path) else {
                 look.awaited += 1;
                 look.changed.extend(counted.then(|| file.to_owned()));
                 continue;
@@ -103,7 +109,7 @@ impl Arrivals {
                 Some(State::Whole(then, hash)) if then == now => State::Whole(now, hash),
                 Some(State::Unusable(then, why)) if then == now => State::Unusable(now, why),
                 Some(State::Copy(then, why)) if then == now => State::Copy(now, why),
-                Some(State::Growing(then)) if then == now => match read().and_then(|()| self.hash(file)) {
+                Some(State::Growing(then)) if then == now => match once() {
                     Ok(hash) => match self.twin(&states, file, hash) {
                         Some(twin) => State::Copy(
                             now,
@@ -141,14 +147,6 @@ impl Arrivals {
         look
     }
 
-    /// A hash of the bytes of a file.
-    fn hash(&self, file: &str) -> Result<u64, RigError> {
-        let path = self.folder.join(file);
-        let mut hasher = DefaultHasher::new();
-        fs::read(&path).map_err(RigError::read(&path))?.hash(&mut hasher);
-        Ok(hasher.finish())
-    }
-
     /// A file that counts and holds the same bytes: of those looked at before this one, `before`, and after
     /// it.
     fn twin(&self, before: &BTreeMap<String, State>, file: &str, hash: u64) -> Option<String> {
@@ -182,29 +180,4 @@ fn said_of(records: &RecordFolder) -> BTreeMap<String, String> {
         c.clicks.iter().map(move |file| (file.clone(), said.clone()))
     });
     of_points.chain(of_calibrations).collect()
-}
-
-/// Reads a record of a set for nothing but its faults.
-type ReadOnce<'a> = Box<dyn Fn() -> Result<(), RigError> + 'a>;
-
-impl RecordFolder {
-    /// Every file of the set, and how it is read.
-    fn readers(&self) -> Vec<(&str, ReadOnce<'_>)> {
-        let set = self.set();
-        let mut all: Vec<(&str, ReadOnce<'_>)> = Vec::new();
-        for (k, point) in set.points.iter().enumerate() {
-            for (n, file) in point.pings.iter().enumerate() {
-                all.push((file, Box::new(move || self.ping(k, n).map(drop))));
-            }
-            for (n, file) in point.clicks.iter().enumerate() {
-                all.push((file, Box::new(move || self.click(k, n).map(drop))));
-            }
-        }
-        for (k, calibration) in set.calibrations.iter().enumerate() {
-            for (n, file) in calibration.clicks.iter().enumerate() {
-                all.push((file, Box::new(move || self.calibration(k, n).map(drop))));
-            }
-        }
-        all
-    }
 }

@@ -52,7 +52,7 @@ impl RecordFolder {
     /// As [`RecordFolder::open`].
     pub fn open_of(folder: &Path, described: Described) -> Result<Self, RigError> {
         let opened = Self::expected(folder, described)?;
-        for file in opened.files() {
+        for file in opened.set.items().into_iter().map(|item| item.name(&opened.set)) {
             let at = opened.folder.join(file);
             if !at.is_file() {
                 let manifest = folder.join("manifest.toml");
@@ -145,32 +145,26 @@ impl RecordFolder {
         self.own_campaign
     }
 
-    /// Every file of the set, in order.
-    fn files(&self) -> impl Iterator<Item = &String> {
-        let points = self.set.points.iter().flat_map(|p| p.pings.iter().chain(&p.clicks));
-        points.chain(self.set.calibrations.iter().flat_map(|c| &c.clicks))
-    }
-
     /// Pairs of records that hold the same bytes, the earlier first: one that was copied under another name
     /// counts twice.
     ///
     /// # Errors
     /// A file cannot be read.
     pub fn twins(&self) -> Result<Vec<(String, String)>, RigError> {
-        let mut by_size: BTreeMap<u64, Vec<&String>> = BTreeMap::new();
-        for file in self.files() {
+        let mut by_size: BTreeMap<u64, Vec<&str>> = BTreeMap::new();
+        for file in self.set.items().into_iter().map(|item| item.name(&self.set)) {
             let path = self.folder.join(file);
             let size = std::fs::metadata(&path).map_err(RigError::read(&path))?.len();
             by_size.entry(size).or_default().push(file);
         }
         let mut twins = Vec::new();
         for files in by_size.values().filter(|files| files.len() > 1) {
-            let mut seen: BTreeMap<u64, &String> = BTreeMap::new();
+            let mut seen: BTreeMap<u64, &str> = BTreeMap::new();
             for file in files {
                 let path = self.folder.join(file);
                 let digest = digest(&path).map_err(RigError::read(&path))?;
                 match seen.get(&digest) {
-                    Some(first) if *first != *file => twins.push(((*first).clone(), (*file).clone())),
+                    Some(first) if *first != *file => twins.push(((*first).to_owned(), (*file).to_owned())),
                     Some(_) => {}
                     None => drop(seen.insert(digest, file)),
                 }
@@ -193,7 +187,7 @@ impl RecordFolder {
 }
 
 /// A number that differs for files that differ, but for one pair in 1e19.
-fn digest(path: &Path) -> std::io::Result<u64> {
+pub(super) fn digest(path: &Path) -> std::io::Result<u64> {
     let mut file = rijke_numerics::open_file(path)?;
     let (mut hasher, mut block) = (DefaultHasher::new(), vec![0; 1 << 16]);
     loop {

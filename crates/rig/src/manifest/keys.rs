@@ -31,6 +31,8 @@ pub(super) struct Manifest {
     pub(super) band_hz: Option<[f64; 2]>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(super) mains_hz: Option<f64>,
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub(super) may_be_silent: bool,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(super) time: Option<Column>,
     pub(super) channels: Listed,

@@ -93,6 +93,7 @@ impl Manifest {
                 removed,
                 band_hz: self.band_hz,
                 mains_hz: self.mains_hz,
+                may_be_silent: self.may_be_silent,
             },
         })
     }
@@ -123,7 +124,8 @@ impl Manifest {
     /// The manifest of a set.
     pub(super) fn of(set: &RecordSet) -> Self {
         let day = |index: usize| set.days[index].id.clone();
-        let Acquisition { reading, exceptions, stated, removed: _, band_hz, mains_hz } = &set.acquisition;
+        let Acquisition { reading, exceptions, stated, removed: _, band_hz, mains_hz, may_be_silent } =
+            &set.acquisition;
         let stated_scale = set.full_scale.is_finite();
         let volts =
             || Unit::parse("V").ok().map(|unit| Given::Stated(Quantity { value: set.full_scale, unit }));
@@ -139,6 +141,7 @@ impl Manifest {
             dead: reading.dead.clone(),
             band_hz: *band_hz,
             mains_hz: *mains_hz,
+            may_be_silent: *may_be_silent,
             time: reading.time.clone(),
             text: reading.text.clone(),
             channels: listed(&set.channels, reading),

@@ -20,6 +20,8 @@ pub struct Acquisition {
     pub band_hz: Option<[f64; 2]>,
     /// Nominal frequency of the mains, Hz, if stated.
     pub mains_hz: Option<f64>,
+    /// Whether a microphone may lie at a node of the wanted mode: one without signal then rejects no ping.
+    pub may_be_silent: bool,
 }
 
 /// Files that are written otherwise than the rest of their set.

@@ -28,6 +28,15 @@ impl RecordItem {
         }
     }
 
+    /// The point that it is of; none for a calibration.
+    #[must_use]
+    pub fn point(self) -> Option<usize> {
+        match self {
+            Self::Ping(point, _) | Self::Click(point, _) => Some(point),
+            Self::Calibration(..) => None,
+        }
+    }
+
     /// The name of its file.
     #[must_use]
     pub fn name(self, set: &RecordSet) -> &str {

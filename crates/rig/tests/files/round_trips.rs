@@ -76,7 +76,7 @@ fn small_set() -> RecordSet {
             stretch: stretch(10_000.0),
             clicks: vec!["cal.wav".into()],
         }],
-        acquisition: rijke_rig::Acquisition::default(),
+        acquisition: rijke_rig::Acquisition { may_be_silent: true, ..rijke_rig::Acquisition::default() },
     }
 }
 
@@ -104,6 +104,7 @@ fn exact_records_survive_the_disk_bit_for_bit() {
     assert_eq!(folder.set().points, set.points);
     assert_eq!(folder.set().calibrations, set.calibrations);
     assert_eq!(folder.set().rig, set.rig);
+    assert_eq!(folder.set().acquisition.may_be_silent, set.acquisition.may_be_silent);
     let direct = samples(62_500).record(set.layout(set.click));
     assert_eq!(folder.click(1, 0).unwrap(), direct);
     assert_eq!(folder.calibration(0, 0).unwrap(), samples(10_000).record(set.layout(set.ping)));

@@ -2,17 +2,18 @@
 
 use crate::Fault;
 use crate::ping::{Drift, Excess};
-use rijke_rig::{Click, Ping, Rejection};
+use rijke_numerics::words::counted;
+use rijke_rig::{Click, Ping, RecordItem, Rejection};
 
 /// The pings of each point that were fitted, in the order of the jobs.
 pub(super) fn by_point<'a>(
-    jobs: &[(usize, usize, bool)],
+    jobs: &[RecordItem],
     fitted: &'a [Fitted],
     points: usize,
 ) -> Vec<Vec<&'a PingOfRecord>> {
     let mut found: Vec<Vec<&PingOfRecord>> = vec![Vec::new(); points];
-    for ((point, _, _), fit) in jobs.iter().zip(fitted) {
-        if let Fitted::Ping(Ok(ping), _) = fit {
+    for (job, fit) in jobs.iter().zip(fitted) {
+        if let (RecordItem::Ping(point, _), Fitted::Ping(Ok(ping), _)) = (job, fit) {
             found[*point].push(ping);
         }
     }
@@ -27,6 +28,8 @@ pub(super) struct PingOfRecord {
     pub(super) ping: Ping,
     pub(super) drift: Drift,
     pub(super) excess: Excess,
+    /// How much of the decay was left out because another mode sounds there, s.
+    pub(super) skipped_s: f64,
     /// The microphones that tell of it.
     pub(super) live: Vec<usize>,
     /// Those that recorded it and were left out, and why.
@@ -37,8 +40,20 @@ pub(super) struct PingOfRecord {
 pub(super) enum Fitted {
     /// And the frequency of mains that it hums with beside the stated one, Hz.
     Ping(Result<PingOfRecord, Fault>, Option<f64>),
-    /// Arrival times and the channel of opposite polarity, if any; none without a calibration.
-    Click(Result<Option<(Click, Option<usize>)>, Fault>),
+    /// Arrival times and the channels of opposite polarity; none without a calibration.
+    Click(Result<Option<(Click, Vec<usize>)>, Fault>),
+}
+
+/// What to say of pings, by name, of which so many seconds of the decay were left out because another mode
+/// sounds there.
+pub(super) fn skipped_in_words(found: &[(&str, f64)]) -> Option<String> {
+    let (name, most) = found.iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
+    Some(format!(
+        "{} begin with another mode beside the wanted one, and the fit leaves out the part of the decay in which it sounds, {:.0} ms of {name} \
+         at most; errors are larger for it. Drive the wanted mode alone to use the whole of the decay",
+        counted(found.len(), "ping"),
+        1e3 * most
+    ))
 }
 
 /// A record that is not used, and why.

@@ -2,6 +2,7 @@
 
 use crate::Channel;
 use crate::repeats::Repeats;
+use rijke_numerics::tails::chi_squared_as_normal;
 
 /// Scatter of a relative pressure between the repeats of a point, relative to it, that is said; and how
 /// many times that of the other channels it must be.
@@ -48,7 +49,7 @@ fn of_point<'a>(of: &'a OfPoint<'a>) -> Vec<(&'a Channel, &'a str, f64)> {
     let scatter = |i: usize| {
         let (re, im) = (2 + 2 * i, 3 + 2 * i);
         let chi_squared = squares[re] / within[(re, re)] + squares[im] / within[(im, im)];
-        if deviate(chi_squared, 2.0 * (*count as f64 - 1.0)) < SURELY {
+        if chi_squared_as_normal(chi_squared, 2.0 * (*count as f64 - 1.0)) < SURELY {
             return 0.0;
         }
         (between[re] + between[im]).sqrt() / mean[re].hypot(mean[im])
@@ -65,13 +66,6 @@ fn of_point<'a>(of: &'a OfPoint<'a>) -> Vec<(&'a Channel, &'a str, f64)> {
     }
     let odd = |(m, r): (&&'a Channel, &f64)| (*r > SAID && *r > ODD * median).then_some((*m, of.point, *r));
     others.iter().zip(&all).filter_map(odd).collect()
-}
-
-/// The standard normal number as improbable as this chi-squared (Wilson & Hilferty, Proc. Natl. Acad. Sci.
-/// 17 (1931) 684).
-fn deviate(chi_squared: f64, freedom: f64) -> f64 {
-    let spread = 2.0 / (9.0 * freedom);
-    ((chi_squared / freedom).cbrt() - (1.0 - spread)) / spread.sqrt()
 }
 
 #[cfg(test)]

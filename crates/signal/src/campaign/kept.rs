@@ -11,7 +11,8 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 /// have the same options, and a record whose file changed must be forgotten.
 #[derive(Debug, Default)]
 pub struct Kept {
-    fits: Mutex<BTreeMap<String, Fitted>>,
+    /// With the largest pressure of each record, Pa.
+    fits: Mutex<BTreeMap<String, (Fitted, f64)>>,
     /// For which sampling rates were wanted and which clicks were there.
     calibration: Mutex<Option<(Basis, Calibrated)>>,
 }
@@ -29,12 +30,12 @@ impl Kept {
         }
     }
 
-    pub(super) fn fit(&self, file: &str) -> Option<Fitted> {
+    pub(super) fn fit(&self, file: &str) -> Option<(Fitted, f64)> {
         lock(&self.fits).get(file).cloned()
     }
 
-    pub(super) fn keep(&self, file: &str, fitted: &Fitted) {
-        lock(&self.fits).insert(file.to_owned(), fitted.clone());
+    pub(super) fn keep(&self, file: &str, fitted: &Fitted, peak: f64) {
+        lock(&self.fits).insert(file.to_owned(), (fitted.clone(), peak));
     }
 
     /// What is known of the channels: as before if it stands on the same clicks. Else all fits are forgotten,

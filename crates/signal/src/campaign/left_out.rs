@@ -110,6 +110,7 @@ mod tests {
             covariance: Matrix::identity(6),
         };
         let of = |repeat: usize| PingOfRecord {
+            skipped_s: 0.0,
             repeat,
             ping: ping.clone(),
             drift: Drift::default(),

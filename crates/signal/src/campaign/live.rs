@@ -43,6 +43,8 @@ impl Fault {
         | Self::NoSignal { channel, .. }
         | Self::NoImpulse { channel, .. }
         | Self::LongImpulse { channel, .. }
+        | Self::StrangeReflection(channel, ..)
+        | Self::LoudHum(channel, ..)
         | Self::ShortImpulse { channel, .. }
         | Self::ImpulseAtEdge { channel, .. }
         | Self::Coarse { channel, .. }

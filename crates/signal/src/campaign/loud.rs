@@ -1,19 +1,24 @@
 //! Pressures that hardly any rig has: then numbers are in another unit than the manifest says.
 
+use crate::dsp::kernels::peak;
 use rijke_rig::Record;
 use std::sync::{Mutex, PoisonError};
 
 /// A ping of more than 140 dB, and a click of more than 160 dB, Pa: beyond, the unit is suspected.
 const LARGEST: [f64; 2] = [200.0, 2000.0];
 
+/// The largest pressure of a record, Pa.
+pub(super) fn loudness(record: &Record) -> f64 {
+    record.channels.iter().map(|c| peak(c)).fold(0.0, f64::max)
+}
+
 /// The loudest ping and the loudest click: pressure (Pa) and name.
 #[derive(Debug, Default)]
 pub(super) struct Loudest(Mutex<[(f64, String); 2]>);
 
 impl Loudest {
-    /// Another record, from any thread.
-    pub(super) fn hear(&self, name: &str, record: &Record, is_ping: bool) {
-        let peak = record.channels.iter().map(|c| peak(c)).fold(0.0, f64::max);
+    /// Another record, from any thread: its largest pressure, Pa.
+    pub(super) fn hear(&self, name: &str, peak: f64, is_ping: bool) {
         let heard = &mut self.0.lock().unwrap_or_else(PoisonError::into_inner)[usize::from(!is_ping)];
         // The first name of those that are equally loud, whatever the order of the threads.
         if peak > heard.0 || (peak == heard.0 && name < heard.1.as_str()) {
@@ -36,12 +41,6 @@ impl Loudest {
     }
 }
 
-/// The largest distance from the mean.
-fn peak(channel: &[f64]) -> f64 {
-    let mean = channel.iter().sum::<f64>() / channel.len().max(1) as f64;
-    channel.iter().map(|p| (p - mean).abs()).fold(0.0, f64::max)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -55,12 +54,12 @@ mod tests {
             channels: vec![vec![1000.0; 4], vec![1000.0, 1000.0 + size, 1000.0, 1000.0 - size]],
         };
         let loudest = Loudest::default();
-        loudest.hear("quiet", &record(150.0), true);
-        loudest.hear("click", &record(1500.0), false);
+        loudest.hear("quiet", loudness(&record(150.0)), true);
+        loudest.hear("click", loudness(&record(1500.0)), false);
         assert!(Loudest(Mutex::new(loudest.0.lock().unwrap().clone())).in_words().is_empty());
-        loudest.hear("b", &record(2100.0), true);
-        loudest.hear("a", &record(2100.0), true);
-        loudest.hear("loud", &record(2100.0), false);
+        loudest.hear("b", loudness(&record(2100.0)), true);
+        loudest.hear("a", loudness(&record(2100.0)), true);
+        loudest.hear("loud", loudness(&record(2100.0)), false);
         let said = loudest.in_words();
         assert_eq!(said.len(), 2);
         assert!(said[0].contains("ping a reaches 2100 Pa") && said[0].contains("`unit`"), "{}", said[0]);

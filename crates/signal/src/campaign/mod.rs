@@ -6,6 +6,7 @@ mod drifts;
 mod excesses;
 mod fitted;
 mod gains;
+mod gathered;
 mod kept;
 mod left_out;
 mod live;

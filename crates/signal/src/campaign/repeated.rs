@@ -137,18 +137,6 @@ fn remove_outliers<T>(
     });
 }
 
-/// The mean of [`Ping::vector`] back as a ping.
-pub(super) fn ping_of(repeats: &Repeats, reference: usize) -> Ping {
-    let mut pressures: Vec<C64> = repeats.mean[2..].chunks_exact(2).map(|p| C64::new(p[0], p[1])).collect();
-    pressures.insert(reference, C64::ONE);
-    Ping {
-        s: C64::new(repeats.mean[0], repeats.mean[1]),
-        pressures,
-        reference,
-        covariance: repeats.covariance.clone(),
-    }
-}
-
 /// What single pings cannot tell, in a sentence, if no point has more.
 pub(super) fn unrepeated(pings: impl Iterator<Item = usize>) -> Option<String> {
     (pings.max() == Some(1)).then(|| {

@@ -201,8 +201,8 @@ impl Fitting {
         let near = (0..times.len()).min_by(|a, b| lag(a).total_cmp(&lag(b)));
         match near.filter(|_| self.is_strange()) {
             Some(channel) => {
-                let ((before, after), room) = (options.window, lag(&channel));
-                Err(Fault::LongImpulse { channel: channel.into(), before, after, room })
+                let (window, lag) = (options.window, lag(&channel));
+                Err(Fault::StrangeReflection(channel.into(), window, lag))
             }
             None => Ok(self),
         }

@@ -1,11 +1,11 @@
 //! A click that hum drowns.
 
-use crate::dsp::kernels::{LANES, Powers, dot};
+use crate::dsp::kernels::{Powers, dot, peak};
 use crate::{Fault, Trace};
 use rijke_numerics::C64;
 
-/// Refuses a click in which hum at the first two harmonics of the mains is as loud as a fifth of its largest
-/// sample: no impulse below the noise of the mains has that much there.
+/// Refuses a click in which hum at the first two harmonics of the mains is as loud as a fifth of its impulse:
+/// no impulse below the noise of the mains has that much there.
 pub(super) fn loud_hum(trace: &Trace<'_>, mains_hz: f64) -> Result<(), Fault> {
     let (quiet, step) = (trace.quiet.min(trace.len()), 1.0 / trace.rate_hz);
     // Means over a fortieth of a period keep 99.6 % of the second harmonic.
@@ -25,21 +25,15 @@ pub(super) fn loud_hum(trace: &Trace<'_>, mains_hz: f64) -> Result<(), Fault> {
             wave
         })
         .collect();
-    for samples in trace.channels {
-        let larger = |a: f64, b: f64| if b > a { b } else { a };
-        let mut largest = [0.0; LANES];
-        for y in samples.chunks(LANES) {
-            y.iter().zip(&mut largest).for_each(|(y, top)| *top = larger(*top, y.abs()));
-        }
-        let largest = largest.into_iter().fold(0.0, larger);
+    for (channel, samples) in trace.channels.iter().enumerate() {
+        let largest = peak(samples);
         let means: Vec<f64> =
             samples[quiet..].chunks_exact(block).map(|y| y.iter().sum::<f64>() / block as f64).collect();
         for (wave, harmonic) in waves.iter().zip([1.0, 2.0]) {
             let amplitude = 2.0 * dot(&means, &wave.re).hypot(dot(&means, &wave.im)) / span as f64;
             if amplitude > 0.2 * largest {
-                let at = (quiet + span * block / 2) as f64 * step;
-                let ratio = amplitude / largest;
-                return Err(Fault::LoudHum { at, frequency_hz: mains_hz * harmonic, ratio });
+                let (frequency_hz, ratio) = (mains_hz * harmonic, amplitude / largest);
+                return Err(Fault::LoudHum(channel.into(), frequency_hz, ratio));
             }
         }
     }

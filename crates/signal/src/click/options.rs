@@ -85,12 +85,16 @@ impl ClickOptions {
             "the frequency of the mains is no number above zero"
         } else if !(positive(self.window.0) && positive(self.window.1)) {
             "the window is not two times above zero, before and after the peak"
+        } else if (self.window.0 + self.window.1) * trace.rate_hz > trace.len() as f64 {
+            "the window is longer than the record"
         } else if !(one_each(&self.dispersion) && finite(&self.dispersion)) {
             "the dispersion is not one number for each channel"
         } else if reflection.is_some_and(|r| !(one_each(&r.lags) && one_each(&r.dispersion))) {
             "the lags or the dispersion of the reflection are not one for each channel"
         } else if reflection.is_some_and(|r| !(finite(&r.dispersion) && r.is_finite())) {
             "a number of the reflection is not finite"
+        } else if reflection.is_some_and(|r| r.lags.iter().any(|lag| *lag <= 0.0)) {
+            "a reflection comes no later than its impulse"
         } else {
             return Ok(());
         };

@@ -132,6 +132,8 @@ impl ChannelDelays {
                 (delay(n, m) - delays[m]).powi(2) / placed[n].covariance[(m, m)].max(f64::MIN_POSITIVE)
             })
             .sum();
+        // The shift of the template is common to the channels of a click, which makes squares scatter more
+        // than those of independent numbers do: errors are enlarged rather too often.
         let scatter = squares / freedom;
         let inflation = if scatter > 1.0 + 3.0 * (2.0 / freedom).sqrt() { scatter } else { 1.0 };
         let mut covariance = Matrix::zeros(channels, channels);
@@ -275,14 +277,14 @@ impl ChannelDelays {
         })
     }
 
-    /// The channel, if any, that has the opposite polarity in this click: its gain has not the sign that the
+    /// The channels that have the opposite polarity in this click: their gains have not the sign that the
     /// calibration found.
     ///
     /// # Errors
     /// A waveform that cannot be compared with the template.
-    pub fn inverted(&self, fit: &ClickFit) -> Result<Option<usize>, Fault> {
+    pub fn inverted(&self, fit: &ClickFit) -> Result<Vec<usize>, Fault> {
         let gains = absolute(fit, &self.template)?.gains;
-        Ok(gains.iter().zip(&self.gains).position(|(g, own)| g * own < 0.0))
+        Ok((0..gains.len()).filter(|&m| gains[m] * self.gains[m] < 0.0).collect())
     }
 
     /// Removes delays and gains from a ping. Its covariance then includes the common error of this

@@ -16,6 +16,21 @@ pub(crate) fn run<K: NullaryFnOnce>(kernel: K) -> K::Output {
     Arch::new().dispatch(kernel)
 }
 
+/// The largest distance of a sample from their mean.
+pub(crate) fn peak(samples: &[f64]) -> f64 {
+    let mut sums = [0.0; LANES];
+    for y in samples.chunks(LANES) {
+        y.iter().zip(&mut sums).for_each(|(y, sum)| *sum += y);
+    }
+    let mean = sums.iter().sum::<f64>() / samples.len().max(1) as f64;
+    let larger = |a: f64, b: f64| if b > a { b } else { a };
+    let mut largest = [0.0; LANES];
+    for y in samples.chunks(LANES) {
+        y.iter().zip(&mut largest).for_each(|(y, top)| *top = larger(*top, (y - mean).abs()));
+    }
+    largest.into_iter().fold(0.0, larger)
+}
+
 /// Inner product in eight independent sums.
 pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
     struct Dot<'a>(&'a [f64], &'a [f64]);

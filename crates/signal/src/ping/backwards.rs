@@ -37,12 +37,19 @@ const LEFT: f64 = 0.02;
 const BEGINNING: f64 = 0.1;
 const SHARE: f64 = 0.2;
 
+/// Share of the mode's decay rate from which on a tone before the decay is no forcing, but another mode that
+/// dies away: a loudspeaker may sag, by far less.
+const FADES: f64 = 0.5;
+
 /// The end of forcing.
 pub(crate) struct LastDecay {
     /// Where the forcing ended; the record may begin with the decay.
     pub(crate) end: Change,
     /// A fit of its beginning.
     pub(crate) rough: Solution,
+    /// Where what sounds begins, if that is no forcing: a decay in which another mode sounds beside the one of
+    /// interest.
+    pub(crate) decays_from: Option<usize>,
 }
 
 /// What a window shows.
@@ -95,20 +102,24 @@ pub(crate) fn last_decay(search: &Search<'_>, white: White<'_>, envelope: &Envel
     let (from, rough) = decays.pop()?;
     if from <= onset + stride {
         // The record begins with the decay.
-        return Some(LastDecay { end: Change { row: from, lag: 0 }, rough });
+        return Some(LastDecay { end: Change { row: from, lag: 0 }, rough, decays_from: None });
     }
     // A few samples of forcing may hide in the earliest window: the one after it is free of them.
     let (safe, free) = decays.pop().unwrap_or((from, rough));
     let end = from - stride;
     let begin = (onset + 3 * block).max(end.saturating_sub(rows(FORCED)));
     if end < begin + 8 * block {
-        return Some(LastDecay { end: Change { row: end, lag: safe - end }, rough: free });
+        let decays = is_as_loud(white.slice(onset, safe), &free, end - onset);
+        let end = Change { row: end, lag: safe - end };
+        return Some(LastDecay { end, rough: free, decays_from: decays.then_some(onset) });
     }
     let stretch = white.slice(begin, end);
     let tone = forced(stretch, strongest(stretch, search.options.band_hz)?, Kind::Mode, &free)?;
     let whole = onset + 3 * block.max(1) + rows(BEGINNING).min((SHARE * (end - onset) as f64) as usize);
     one_forcing(white.slice(whole.min(begin), end), tone.components[0].s.im, &free)?;
-    Some(LastDecay { end: change(white, (&tone, begin), (&free, safe), end), rough: free })
+    let fades = tone.components[0].s.re < FADES * free.components[0].s.re;
+    let end = change(white, (&tone, begin), (&free, safe), end);
+    Some(LastDecay { end, rough: free, decays_from: fades.then_some(onset) })
 }
 
 fn look(search: &Search<'_>, window: White<'_>) -> Seen {
@@ -158,6 +169,24 @@ fn continues(stretch: White<'_>, known: &Solution, rows: usize, length: usize) -
     let of_both = known.mode_covariance(0).quadratic(&weights);
     let doubt = (1.0 / square + known.variance() * of_both.max(of_growth_alone)).sqrt();
     (product / square - 1.0).abs() < UNLIKE + DOUBT * doubt
+}
+
+/// Whether a stretch is as loud as `known` says, the decay that follows it, or louder; and not so much less
+/// loud as a forcing of its first `forced` rows that was steady, or still rose.
+fn is_as_loud(stretch: White<'_>, known: &Solution, forced: usize) -> bool {
+    let rows = stretch.rows();
+    let left = known.residuals(stretch, -(rows as f64));
+    let (mut heard, mut said) = (-(stretch.samples.len() as f64), 0.0);
+    for (y, left) in stretch.samples.iter().zip(&left) {
+        heard += y * y;
+        said += (y - left) * (y - left);
+    }
+    // Energies of a steady forcing and a decay, over that at the end of the stretch.
+    let fall = (-2.0 * known.components[0].s.re * stretch.step).max(f64::MIN_POSITIVE);
+    let decay = |rows: usize| (fall * rows as f64).exp_m1() / fall;
+    let after = rows - forced;
+    let steady = forced as f64 * (fall * after as f64).exp() + decay(after);
+    heard / said > 0.5 * (1.0 + steady / decay(rows))
 }
 
 /// Something, if one tone, steady or slowly growing or fading, and the modes of `free` are all there is.

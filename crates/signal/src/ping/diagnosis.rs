@@ -6,7 +6,7 @@ mod unstable;
 use super::forcing::{Envelope, FORCED, strongest};
 use super::options::PingOptions;
 use super::search::{Search, floor};
-use super::verdict::{loudness, tones};
+use super::verdict::{loudness, phasors, tones};
 use crate::ringdown::{Component, Kind, SEARCHING, Solution, White, glance, solve};
 use crate::{Fault, Trace};
 use rijke_numerics::C64;
@@ -30,6 +30,13 @@ const HUMS: f64 = 3.0;
 /// it keeps where the amplitude has fallen to a half: a quarter for a cubic law.
 const BENT: f64 = 3e-3;
 const FALLS: f64 = 0.45;
+/// Share of an amplitude that it keeps over a quarter of a stretch if it is a forcing's, and that the third
+/// harmonic of it keeps; the angle up to which a harmonic is in step with its tone; and the deviations beyond
+/// which two frequencies differ.
+const HELD: f64 = 0.99;
+const HARMONIC_HELD: f64 = 0.9;
+const IN_STEP: f64 = 0.3;
+const APART: f64 = 4.0;
 /// How steady a tone that lasts must be over two stretches, and how much larger than before the forcing.
 const STEADY: f64 = 0.1;
 const CLEAR: f64 = 5.0;
@@ -110,18 +117,18 @@ pub(crate) fn reason(trace: &Trace<'_>, options: &PingOptions, fault: Fault) -> 
     let whole = || Whole::of(trace, options);
     let better = match &fault {
         // What is bent decays otherwise where it is loud.
-        Fault::StillDriven { .. } => whole().and_then(|w| w.bent().or_else(|| w.growing())),
-        Fault::GainDrifts { .. } | Fault::GainsApart { .. } => whole().and_then(|w| w.bent()),
+        Fault::StillDriven { .. } => whole().and_then(|w| w.bent(true).or_else(|| w.growing())),
+        Fault::GainDrifts { .. } | Fault::GainsApart { .. } => whole().and_then(|w| w.bent(true)),
         Fault::ShortDecay { .. } => whole().and_then(|w| {
             w.by_itself().or_else(|| w.hum()).or_else(|| w.to_the_end()).or_else(|| w.beside_mains())
         }),
         Fault::Weak(_) => whole().and_then(|w| {
             let steady = || w.by_itself().or_else(|| w.lasting());
-            w.hum().or_else(|| w.bent()).or_else(steady).or_else(|| w.beside_mains())
+            w.hum().or_else(|| w.bent(true)).or_else(steady).or_else(|| w.beside_mains())
         }),
         fault if is_doubtful(fault) => whole().and_then(|w| {
             let unstable = || w.by_itself().or_else(|| w.growing()).or_else(|| w.to_the_end());
-            w.hum().or_else(|| w.bent()).or_else(unstable).or_else(|| w.lasting())
+            w.hum().or_else(|| w.bent(true)).or_else(unstable).or_else(|| w.lasting())
         }),
         _ => None,
     };
@@ -133,9 +140,20 @@ pub(crate) fn loudest(trace: &Trace<'_>, options: &PingOptions) -> Option<f64> {
     Some(Whole::of(trace, options)?.loudest_hz)
 }
 
-/// A third harmonic that is lost faster than the mode.
-pub(crate) fn bent(trace: &Trace<'_>, options: &PingOptions) -> Option<Fault> {
-    Whole::of(trace, options)?.bent()
+/// A third harmonic that is lost faster than the mode; `own` says whether a mode lies there.
+pub(crate) fn bent(trace: &Trace<'_>, options: &PingOptions, own: bool) -> Option<Fault> {
+    Whole::of(trace, options)?.bent(own)
+}
+
+/// Whether a mode of its own lies so near three times the frequency of the first one that a stretch does
+/// not tell them apart. What a channel that saturates makes of the decay lies there exactly.
+pub(crate) fn has_mode_near_third(found: &Solution) -> bool {
+    let first = found.components[0].s.im;
+    let variance = |k: usize| found.variance() * found.mode_covariance(k)[(1, 1)];
+    found.components.iter().enumerate().skip(1).filter(|(_, c)| c.kind == Kind::Mode).any(|(k, c)| {
+        let apart = (c.s.im - 3.0 * first).abs();
+        apart < 2.0 * TAU / SPAN && apart > APART * (variance(k) + 9.0 * variance(0)).sqrt()
+    })
 }
 
 /// A record as it stands, and its loudest stretch.
@@ -263,8 +281,36 @@ impl<'a> Whole<'a> {
         beside.then_some(Fault::BesideMains(self.loudest_hz, mains_hz))
     }
 
-    /// A third harmonic that is lost faster than the mode.
-    fn bent(&self) -> Option<Fault> {
+    /// The least third harmonic of a channel over three windows of half a stretch in which its tone does not
+    /// fall, where that is largest; none if the tone falls everywhere: then nothing was forced. A harmonic
+    /// keeps in step with its tone and does not fall where the tone does not; a mode does not do so.
+    fn held(&self, channel: usize, mode_hz: f64, loud: f64) -> Option<f64> {
+        let (white, step) = (self.white(), self.span / 4);
+        let starts = (0..).map(|k| k * step).take_while(|row| row + 2 * step <= white.rows());
+        let phasor = |row: usize, hz: f64| phasors(white, row, 2 * step, hz)[channel];
+        let both: Vec<[C64; 2]> =
+            starts.map(|row| [phasor(row, mode_hz), phasor(row, 3.0 * mode_hz)]).collect();
+        let lasts = |share: f64, of: [f64; 3]| of[1] >= share * of[0] && of[2] >= share * of[1];
+        let forced = |three: &&[[C64; 2]]| {
+            let tone = [0, 1, 2].map(|k| three[k][0].norm());
+            tone[0] > 0.5 * loud.max(tone[1]) && lasts(HELD, tone)
+        };
+        let harmonic = |three: &[[C64; 2]]| {
+            let third = [0, 1, 2].map(|k| three[k][1].norm());
+            let behind = |k: usize| three[k][1] * three[k][0].conj().powi(3);
+            let in_step = (behind(2) * behind(0).conj()).arg().abs() < IN_STEP;
+            if in_step && lasts(HARMONIC_HELD, third) {
+                third.into_iter().fold(f64::MAX, f64::min)
+            } else {
+                0.0
+            }
+        };
+        both.windows(3).filter(forced).map(harmonic).reduce(f64::max)
+    }
+
+    /// A third harmonic that is lost faster than the mode: in a forcing that holds it, or in a decay that has
+    /// no mode of its `own` there.
+    fn bent(&self, own: bool) -> Option<Fault> {
         let (from, span, mode_hz, quiet) = (self.from, self.span, self.loudest_hz, self.trace.quiet);
         if 3.0 * mode_hz > 0.45 * self.trace.rate_hz || span < LEAST_SPAN {
             return None;
@@ -292,16 +338,24 @@ impl<'a> Whole<'a> {
             tones(self.white(), at, length, hz)[channel]
         };
         let noise = (0..NEIGHBOURS).map(|k| of_noise(k).powi(2)).sum::<f64>() / f64::from(NEIGHBOURS);
-        // A sudden onset has all frequencies: what the forcing holds is in the stretches beside this one,
-        // too.
-        let beside = (1..=4).map(|k| (from + k * (span / 4)).checked_sub(span / 2));
-        let lasting = beside
-            .flatten()
-            .filter(|row| row + span <= rows && self.tones(*row, mode_hz)[channel] > 0.5 * mode[channel])
-            .map(|row| self.tones(row, 3.0 * mode_hz)[channel])
-            .fold(third[channel], f64::min);
+        let (lasting, window) = match self.held(channel, mode_hz, mode[channel]) {
+            Some(held) => (held, span / 2),
+            None if !own => {
+                // A sudden onset has all frequencies: what the decay holds is in the stretches beside this
+                // one, too.
+                let beside = (1..=4).filter_map(|k| (from + k * (span / 4)).checked_sub(span / 2));
+                let lasting = beside
+                    .filter(|row| {
+                        row + span <= rows && self.tones(*row, mode_hz)[channel] > 0.5 * mode[channel]
+                    })
+                    .map(|row| self.tones(row, 3.0 * mode_hz)[channel])
+                    .fold(third[channel], f64::min);
+                (lasting, span)
+            }
+            None => return None,
+        };
         let clear =
-            lasting > (CLEAR * (noise * length as f64 / span as f64).sqrt()).max(BENT * mode[channel]);
+            lasting > (CLEAR * (noise * length as f64 / window as f64).sqrt()).max(BENT * mode[channel]);
         (clear && early > BENT && late < FALLS * early)
             .then_some(Fault::Saturated { channel: channel.into(), share: early })
     }

@@ -79,7 +79,10 @@ pub fn fit_ping(trace: &Trace<'_>, options: &PingOptions) -> Result<PingFit, Fau
         } else {
             let learnt = if quiet < SHORT_QUIET {
                 let deviations: Vec<f64> = noise.iter().map(|y| deviation(y)).collect();
-                learn_from_residuals(trace, options, &deviations, &harmonics).ok()
+                // A fit that leaves more than noise says nothing of its colour: a filter learnt from it would
+                // take the mode for noise.
+                let learnt = learn_from_residuals(trace, options, &deviations, &harmonics).ok();
+                learnt.filter(|(_, left)| *left < NOISE_ALONE).map(|(whitener, _)| whitener)
             } else {
                 None
             };
@@ -89,7 +92,7 @@ pub fn fit_ping(trace: &Trace<'_>, options: &PingOptions) -> Result<PingFit, Fau
     } else {
         let tail = trace.len() - trace.len() / 10;
         let deviations: Vec<f64> = trace.channels.iter().map(|y| deviation(&y[tail..])).collect();
-        Noise::of(learn_from_residuals(trace, options, &deviations, &[])?, Vec::new())
+        Noise::of(learn_from_residuals(trace, options, &deviations, &[])?.0, Vec::new())
     };
     let fit = |noise: &Noise| judged_fit(trace, options, noise, least);
     let found = match fit(&noise) {
@@ -114,7 +117,11 @@ fn judged_fit(trace: &Trace<'_>, options: &PingOptions, noise: &Noise, least: f6
     let doubtful = plateau.as_ref().is_ok_and(|fit| fit.doubtful);
     let backwards = || fit(Start::Backwards)?.judged(options);
     match plateau.and_then(|fit| fit.judged(options)) {
-        Ok(found) if doubtful => backwards().or(Ok(found)),
+        // A later start is right if the forcing went on, and not if two modes decay all the while.
+        Ok(found) if doubtful => match backwards() {
+            Ok(later) if later.skipped_s == 0.0 => Ok(later),
+            _ => Ok(found),
+        },
         Err(fault) if diagnosis::is_doubtful(&fault) => match backwards() {
             // A decay that was found, and in which the channels differ, says more.
             Err(apart @ (Fault::GainDrifts { .. } | Fault::GainsApart { .. })) => Err(apart),
@@ -151,39 +158,28 @@ enum Start {
 }
 
 /// With little or no quiet part: fit with noise taken as white, learn its colour from what is left, for
-/// another fit.
+/// another fit. And the variance of what is left, over that of the noise as measured.
 fn learn_from_residuals(
     trace: &Trace<'_>,
     options: &PingOptions,
     deviations: &[f64],
     harmonics: &[u32],
-) -> Result<Whitener, Fault> {
+) -> Result<(Whitener, f64), Fault> {
     let noise = Noise::of(Whitener::scaling(deviations), harmonics.to_vec());
     let fit = |start| fit_whitened(trace, options, &noise, 0.0, start);
-    // A fit that leaves more than noise says nothing of its colour: a filter learnt from it would take the
-    // mode for noise.
     let sound = |fit: &Fitted| fit.solution.variance() < NOISE_ALONE;
     let found = match fit(Start::Plateau) {
         Ok(found) if sound(&found) => found,
         first => match fit(Start::Backwards) {
             Ok(found) if sound(&found) => found,
-            _ => {
-                let found = first?;
-                let ratio = found.solution.variance();
-                if trace.quiet >= MIN_QUIET {
-                    let at = found.offset as f64 * found.step;
-                    let frequency_hz = found.guess.im / std::f64::consts::TAU;
-                    return Err(Fault::Residual { at, channel: 0.into(), ratio, frequency_hz });
-                }
-                found
-            }
+            _ => first?,
         },
     };
     let left = found.residuals();
     let unscaled =
         |(m, d): (usize, &f64)| left.iter().skip(m).step_by(deviations.len()).map(|v| v * d).collect();
     let noise: Vec<Vec<f64>> = deviations.iter().enumerate().map(unscaled).collect();
-    Whitener::learn(&noise)
+    Ok((Whitener::learn(&noise)?, found.solution.variance()))
 }
 
 fn fit_whitened(
@@ -217,7 +213,7 @@ fn fit_whitened(
         return Err(too_short(safe));
     }
     let order = whitener.order();
-    let (end, rough, subspace) = match start {
+    let (end, rough, subspace, decays_from) = match start {
         Start::Plateau => {
             if let Some(growth) = envelope.regrowth() {
                 let row = |block: usize| block * envelope.block;
@@ -230,13 +226,13 @@ fn fit_whitened(
             let rough = search.solve(early(safe), early(safe), components, SEARCHING)?;
             let lag = (2 * envelope.block).saturating_sub(order);
             let end = envelope.decay_start(white, &rough, safe);
-            (end.unwrap_or(Change { row: safe.saturating_sub(lag + order), lag }), rough, subspace)
+            (end.unwrap_or(Change { row: safe.saturating_sub(lag + order), lag }), rough, subspace, None)
         }
         Start::Backwards => {
             let found = last_decay(&search, white, &envelope);
             let found = found.ok_or_else(|| too_short(white.rows()))?;
             let subspace = found.rough.components[0].s;
-            (found.end, found.rough, subspace)
+            (found.end, found.rough, subspace, found.decays_from)
         }
     };
     let end = Change { lag: end.lag + ringing.hides(&rough, step), ..end };
@@ -300,13 +296,13 @@ fn fit_whitened(
         return Err(Fault::ShortDecay { have, need: least, frequency_hz: mode_hz });
     }
     let time = |row: usize| (quiet + whitener.order() + row) as f64 * step;
-    let begin = from;
+    let (begin, own) = (from, diagnosis::has_mode_near_third(&solution));
     let (from, solution) = at_rest(&search, white, (from, to), need, solution).map_err(|found| {
         let Disagreement { rows, growth_rates, distance } = found;
         Fault::NotFree { from: rows.map(time), growth_rates, distance }
     })?;
     if from > begin
-        && let Some(fault) = diagnosis::bent(trace, options)
+        && let Some(fault) = diagnosis::bent(trace, options, own)
     {
         return Err(fault);
     }
@@ -324,6 +320,7 @@ fn fit_whitened(
         offset: quiet + whitener.order(),
         rows: (from, to),
         end,
+        decays_from,
         guess: subspace,
         doubtful: has_close_neighbour(&solution.components) || envelope.falls_late(channels, step),
         solution,

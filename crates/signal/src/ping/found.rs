@@ -11,7 +11,8 @@ pub struct PingFit {
     /// The measurement. Channel delays and gains are those of the record: see
     /// [`crate::ChannelDelays::correct`].
     pub ping: Ping,
-    /// All modes fitted, the one of interest first, 1/s.
+    /// All modes fitted, the one of interest first, 1/s. The others are what is needed to leave noise alone:
+    /// noise of a single channel feigns one in a third of all fits, of eight channels in hardly any.
     pub modes: Vec<C64>,
     /// First guess of the mode of interest, by ESPRIT; for comparison only.
     pub subspace_guess: C64,
@@ -22,6 +23,9 @@ pub struct PingFit {
     pub tones: Vec<(C64, Vec<C64>)>,
     /// First and last time used, s from the first sample of the record.
     pub window: (f64, f64),
+    /// How much of the decay was left out before the window because another mode sounds there, too near to be
+    /// fitted with this one, s. Zero where none was.
+    pub skipped_s: f64,
     /// Amplitude over noise in each channel; noise as the sd of white noise of equal density near the mode.
     pub signal_to_noise: Vec<f64>,
     /// Harmonics of the mains that were fitted, and their fundamental, Hz.

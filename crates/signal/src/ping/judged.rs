@@ -42,6 +42,8 @@ pub(super) struct Fitted {
     pub(super) rows: (usize, usize),
     /// Where the forcing ended.
     pub(super) end: Change,
+    /// Where the decay begins of which another mode hides the first part.
+    pub(super) decays_from: Option<usize>,
     pub(super) guess: C64,
     pub(super) solution: Solution,
     /// A fit by two close modes that explains more, if there is one.
@@ -65,10 +67,10 @@ impl Fitted {
         if self.ringing.is_some() {
             let silent = power::power(&self.solution, white(&self.silence), None).or(found);
             let most = silent.map_or(self.ringing.power, |p| p.value).max(0.5 * self.ringing.power);
-            if let Some((row, ratio)) = ringing::beyond(white(self.residuals()), s, most) {
+            if let Some((row, channel, ratio)) = ringing::beyond(white(self.residuals()), s, most) {
                 let at = (self.offset + self.rows.0 + row) as f64 * self.step;
                 let frequency_hz = s.im / std::f64::consts::TAU;
-                return Err(Fault::Residual { at, channel: 0.into(), ratio, frequency_hz });
+                return Err(Fault::Residual { at, channel: channel.into(), ratio, frequency_hz });
             }
         }
         let Some(found) = found else { return Ok(None) };
@@ -183,6 +185,7 @@ impl Fitted {
             amplitudes,
             tones,
             window: (at(from), at(to)),
+            skipped_s: self.decays_from.map_or(0.0, |row| since(from.saturating_sub(row))),
             signal_to_noise,
             mains: (self.harmonics, mains.unwrap_or(options.mains_hz)),
             residual_variance: variance,

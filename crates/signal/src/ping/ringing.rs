@@ -12,7 +12,7 @@ use super::chirp::Drift;
 use super::excess::Excess;
 use super::power::Power;
 use super::resolution::deviation;
-use super::verdict::loudness;
+use super::verdict::{loudness, tones};
 use crate::dsp::kernels::dot;
 use crate::ringdown::{Solution, White};
 use rijke_numerics::{C64, Matrix};
@@ -172,14 +172,17 @@ pub(crate) fn calm_variance(calm: &[f64], s: C64, step: f64) -> f64 {
     dot(calm, calm) / calm.len().max(1) as f64 * span / (span - 2.0)
 }
 
-/// The row of residuals and the ratio of powers where the tone of the mode is far louder than noise of the
-/// given power makes it.
-pub(crate) fn beyond(left: White<'_>, s: C64, power: f64) -> Option<(usize, f64)> {
-    let span = stretch(s.im / TAU, left.step) as f64;
-    let (_, energies) = calmed(left, s.im / TAU);
+/// The row of residuals, the channel that has most of it, and the ratio of powers where the tone of the mode
+/// is far louder than noise of the given power makes it.
+pub(crate) fn beyond(left: White<'_>, s: C64, power: f64) -> Option<(usize, usize, f64)> {
+    let hz = s.im / TAU;
+    let span = stretch(hz, left.step);
+    let (_, energies) = calmed(left, hz);
     let (k, most) = energies.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1))?;
-    let mean = 0.5 * power * span + 2.0 * left.channels as f64;
-    (*most > 2.0 * CHANCE * mean).then_some((k * span as usize, most / mean))
+    let mean = 0.5 * power * span as f64 + 2.0 * left.channels as f64;
+    let shares = tones(left, k * span, span, hz);
+    let channel = (0..shares.len()).max_by(|&a, &b| shares[a].total_cmp(&shares[b]))?;
+    (*most > 2.0 * CHANCE * mean).then_some((k * span, channel, most / mean))
 }
 
 /// Adds to the errors of a ping, of its drift and of its excess of damping what noise of the given power,

@@ -149,6 +149,11 @@ pub(crate) fn regrowth(
 
 /// Amplitude of a tone in each channel under a Hann window.
 pub(super) fn tones(white: White<'_>, from: usize, span: usize, frequency_hz: f64) -> Vec<f64> {
+    phasors(white, from, span, frequency_hz).iter().map(|z| z.norm()).collect()
+}
+
+/// The same with the phase at row `from`.
+pub(super) fn phasors(white: White<'_>, from: usize, span: usize, frequency_hz: f64) -> Vec<C64> {
     let turn = C64::from_polar(1.0, -std::f64::consts::TAU * frequency_hz * white.step);
     let around = C64::from_polar(1.0, std::f64::consts::TAU / span.max(1) as f64);
     let (mut phasor, mut window) = (C64::ONE, around.sqrt());
@@ -162,8 +167,7 @@ pub(super) fn tones(white: White<'_>, from: usize, span: usize, frequency_hz: f6
         phasor *= turn;
         window *= around;
     }
-    let size = |(re, im): (&f64, &f64)| 2.0 * re.hypot(*im) / span.max(1) as f64;
-    re.iter().zip(&im).map(size).collect()
+    re.into_iter().zip(im).map(|(re, im)| C64::new(re, im) * (2.0 / span.max(1) as f64)).collect()
 }
 
 /// The same of all channels together.

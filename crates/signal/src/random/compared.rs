@@ -29,6 +29,7 @@ pub struct ComparedChannels {
 
 /// Why records do not compare channels.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum ComparisonFault {
     /// A record cannot be used.
     #[error("record {file}: {fault}")]

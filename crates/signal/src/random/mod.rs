@@ -13,6 +13,7 @@ mod transmission;
 pub use compared::{ComparedChannels, ComparisonFault};
 pub use doubts::{SwitchedDoubt, SwitchedFault};
 pub use pressures::{ChannelGains, PressureFault, RelativePressures};
+pub(crate) use spectra::live_length;
 pub use spectra::{Spectra, TransferEstimate};
 pub use swept::{Field, Swept, SweptOptions};
 pub use switched::{GainPair, SwitchedGains};

@@ -38,6 +38,7 @@ pub struct RelativePressures {
 
 /// Why sweeps give no pressures.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum PressureFault {
     /// The frequencies of the gains are others.
     #[error("not as long as the records of `straight`")]

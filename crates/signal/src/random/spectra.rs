@@ -2,7 +2,7 @@
 
 use crate::Fault;
 use crate::dsp::transform;
-use rijke_numerics::C64;
+use rijke_numerics::{C64, median};
 use std::f64::consts::TAU;
 
 /// Cross spectra, in a band of frequencies.
@@ -42,15 +42,16 @@ impl Spectra {
     /// before (Welch, IEEE Trans. Audio Electroacoust. 15 (1967) 70).
     ///
     /// # Errors
-    /// [`Fault::UnequalChannels`]; [`Fault::TooShort`] for less than two segments, or for one without a
-    /// frequency in the band; [`Fault::NotFinite`];
-    /// [`Fault::DeadChannel`] for one of a single value.
+    /// [`Fault::Options`] for a rate or a band that is none; [`Fault::UnequalChannels`]; [`Fault::TooShort`]
+    /// for less than two segments, or for one without a frequency in the band; [`Fault::NotFinite`];
+    /// [`Fault::Spike`]; [`Fault::DeadChannel`] for one of a single value.
     pub fn welch(
         channels: &[Vec<f64>],
         rate_hz: f64,
         segment: usize,
         band_hz: [f64; 2],
     ) -> Result<Self, Fault> {
+        asked(rate_hz, band_hz)?;
         let need = checked(channels)?;
         let step = (segment / 2).max(1);
         if need < segment + step {
@@ -123,6 +124,9 @@ impl Spectra {
 
     /// The transfer function from one channel to another. Its error is that of Bendat & Piersol, Random Data
     /// (4th ed. 2010), chapter 9.
+    ///
+    /// # Panics
+    /// For a channel that is not there.
     #[must_use]
     pub fn transfer(&self, from: usize, to: usize) -> Vec<TransferEstimate> {
         let one = |s: &Vec<Vec<C64>>| {
@@ -136,24 +140,27 @@ impl Spectra {
     }
 }
 
+/// Refuses a sampling rate that is no positive number, and a band that is not two frequencies in order.
+pub(super) fn asked(rate_hz: f64, [low, high]: [f64; 2]) -> Result<(), Fault> {
+    if !(rate_hz.is_finite() && rate_hz > 0.0) {
+        return Err(Fault::Options("the sampling rate is no number above zero"));
+    }
+    if !(low >= 0.0 && high.is_finite() && low < high) {
+        return Err(Fault::Options("the band is not two frequencies, the lower one first"));
+    }
+    Ok(())
+}
+
 /// Root mean squares of a channel beyond which a sample is no sound: Gaussian noise does not reach seven in a
 /// day, sines not two.
 const SPIKE: f64 = 40.0;
 
 /// The length of channels that are alike in it, finite, without a spike, and none of them of a single value.
 pub(super) fn checked(channels: &[Vec<f64>]) -> Result<usize, Fault> {
-    let need = channels.first().map_or(0, Vec::len);
-    if let Some(channel) = channels.iter().position(|c| c.len() != need) {
-        return Err(Fault::UnequalChannels { channel: channel.into(), have: channels[channel].len(), need });
-    }
+    let length = live_length(channels)?;
     for (channel, samples) in channels.iter().enumerate() {
-        if let Some(sample) = samples.iter().position(|v| !v.is_finite()) {
-            return Err(Fault::NotFinite { channel: channel.into(), sample });
-        }
-    }
-    for (channel, samples) in channels.iter().enumerate() {
-        let mean = samples.iter().sum::<f64>() / need as f64;
-        let square = samples.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / need as f64;
+        let mean = samples.iter().sum::<f64>() / length as f64;
+        let square = samples.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / length as f64;
         let largest =
             samples.iter().enumerate().max_by(|a, b| (a.1 - mean).abs().total_cmp(&(b.1 - mean).abs()));
         if let Some((sample, value)) = largest {
@@ -163,18 +170,28 @@ pub(super) fn checked(channels: &[Vec<f64>]) -> Result<usize, Fault> {
             }
         }
     }
+    Ok(length)
+}
+
+/// The length of channels that are alike in it, finite, and none of them of a single value.
+pub(crate) fn live_length(channels: &[Vec<f64>]) -> Result<usize, Fault> {
+    let need = channels.first().map_or(0, Vec::len);
+    if let Some(channel) = channels.iter().position(|c| c.len() != need) {
+        return Err(Fault::UnequalChannels { channel: channel.into(), have: channels[channel].len(), need });
+    }
+    for (channel, samples) in channels.iter().enumerate() {
+        if let Some(sample) = samples.iter().position(|v| !v.is_finite()) {
+            return Err(Fault::NotFinite { channel: channel.into(), sample });
+        }
+    }
     let span = |c: &Vec<f64>| {
         c.iter().copied().reduce(f64::max).unwrap_or(0.0) - c.iter().copied().reduce(f64::min).unwrap_or(0.0)
     };
     let spans: Vec<f64> = channels.iter().map(span).collect();
-    if let Some(channel) = spans.iter().position(|span| *span == 0.0) {
-        let mut sorted = spans.clone();
-        sorted.sort_by(f64::total_cmp);
-        return Err(Fault::DeadChannel {
-            channel: channel.into(),
-            span: 0.0,
-            median: sorted[sorted.len() / 2],
-        });
+    match spans.iter().position(|span| *span == 0.0) {
+        Some(channel) => {
+            Err(Fault::DeadChannel { channel: channel.into(), span: 0.0, median: median(spans) })
+        }
+        None => Ok(need),
     }
-    Ok(need)
 }

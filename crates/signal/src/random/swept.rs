@@ -12,7 +12,7 @@
 //! section 9.4); of two microphones they are those of Bendat & Piersol, Random Data (4th ed. 2010), section
 //! 9.1.
 
-use super::spectra::{Spectra, checked};
+use super::spectra::{Spectra, asked, checked};
 use crate::Fault;
 use crate::dsp::transform;
 use rijke_numerics::C64;
@@ -57,10 +57,14 @@ impl Swept {
     /// which the rig settles, is left out.
     ///
     /// # Errors
-    /// As [`Spectra::welch`]; [`Fault::TooShort`] for records of different lengths, less than two microphones
-    /// or two periods, a single record with less than three frequencies in a band, or a band without a
-    /// frequency.
+    /// As [`Spectra::welch`]; [`Fault::Options`] for a resolution that is no positive number;
+    /// [`Fault::TooShort`] for records of different lengths, less than two microphones or two periods, a
+    /// single record with less than three frequencies in a band, or a band without a frequency.
     pub fn new(records: &[Vec<Vec<f64>>], rate_hz: f64, options: &SweptOptions) -> Result<Self, Fault> {
+        asked(rate_hz, options.band_hz)?;
+        if !(options.resolution_hz.is_finite() && options.resolution_hz > 0.0) {
+            return Err(Fault::Options("the resolution is no number above zero"));
+        }
         let whole = records.iter().filter_map(|r| r.first()).map(Vec::len).max().unwrap_or(0);
         let length = options.period.unwrap_or(whole);
         let n = records.first().map_or(0, Vec::len);
@@ -106,13 +110,13 @@ impl Swept {
             let own: Vec<(f64, Vec<C64>)> = (first..first + together).map(of_bin).collect();
             // The share of the power in each direction that differs between records, and what between
             // frequencies.
-            let freedom = (n - 1) as f64;
+            let (of_records, of_line) =
+                ((n - 1) * together * (repeats - 1), (n - 1) * together.saturating_sub(2));
             let within = own.iter().map(|(largest, _)| repeats as f64 - largest).sum::<f64>().max(0.0)
-                / (freedom * (together * (repeats - 1)) as f64);
-            let freedom = freedom * together.saturating_sub(2) as f64;
-            let between = repeats as f64 * bent(&own, &pressures) / freedom;
-            let noise = match (repeats > 1, freedom > 0.0) {
-                (true, true) if between > (1.0 + 5.0 / freedom.sqrt()) * within => between,
+                / of_records as f64;
+            let between = repeats as f64 * bent(&own, &pressures) / of_line as f64;
+            let noise = match (repeats > 1, of_line > 0) {
+                (true, true) if chance(between / within, of_line, of_records) < BY_CHANCE => between,
                 (true, _) => within,
                 (false, _) => between,
             };
@@ -125,6 +129,26 @@ impl Swept {
         }
         Ok(Self { spectra: Spectra { frequency_hz, averages: (together * repeats) as f64, cross }, fields })
     }
+}
+
+/// Probability by which two measures of one noise that far apart are taken for different ones.
+const BY_CHANCE: f64 = 1e-4;
+
+/// The probability that the mean of `above` squares of complex normal numbers exceeds that of `below` others
+/// `ratio` times: Fisher's distribution of twice as many degrees of freedom. The incomplete beta function is
+/// a finite sum for whole numbers (Abramowitz & Stegun 26.6.4).
+fn chance(ratio: f64, above: usize, below: usize) -> f64 {
+    let (p, q) = (above as f64, below as f64);
+    let share = q / (q + p * ratio);
+    // Terms in logarithms: the first one may lie below the least number where the sum is near one.
+    let mut term = q * share.ln();
+    let mut sum = term.exp();
+    for i in 1..above {
+        let i = i as f64;
+        term += ((q + i - 1.0) / i).ln() + (-share).ln_1p();
+        sum += term.exp();
+    }
+    sum
 }
 
 /// The sum of squares of what the directions of single frequencies have beside `middle`, less what rises in

@@ -3,6 +3,7 @@
 use super::pool::{Group, variances_of_means};
 use crate::Fault;
 use rayon::prelude::*;
+use rijke_numerics::tails::{chi_squared_of, student_of};
 use rijke_numerics::{Matrix, median};
 
 /// What the repeats of one measurement say together.
@@ -33,6 +34,8 @@ pub struct Repeats {
 const OUTLIER: f64 = 6.0;
 /// Normal deviate whose probability is that of a false outlier by the scatter of the repeats: 1e-5.
 const RARE: f64 = 4.417;
+/// Normal deviate that is exceeded with a probability of 5 %.
+const ONE_IN_20: f64 = 1.645;
 
 /// Combines repeats with equal weights. `values` holds, per repeat, its place in time (an index will do), the
 /// numbers measured and their covariance; `names` says what the numbers are.
@@ -89,10 +92,7 @@ pub fn combine(values: &[(f64, Vec<f64>, Matrix)], names: &dyn Fn(usize) -> Stri
                 return 0.0;
             }
             let excess = squares[i] / freedom - within[(i, i)];
-            // 95 % point of chi-squared over its freedom, by Wilson & Hilferty 1931.
-            let cube = 2.0 / (9.0 * freedom);
-            let limit = (1.0 - cube + 1.645 * cube.sqrt()).powi(3);
-            if squares[i] / freedom > limit * within[(i, i)] { excess } else { 0.0 }
+            if squares[i] > chi_squared_of(ONE_IN_20, freedom) * within[(i, i)] { excess } else { 0.0 }
         })
         .collect();
     let when: Vec<f64> = accepted.iter().map(|&k| values[k].0).collect();
@@ -141,12 +141,10 @@ pub fn pool(points: &mut [&mut Repeats]) {
 }
 
 /// Distance from the median, in standard deviations estimated by the median absolute deviation of `count`
-/// normal numbers, that is exceeded once in 1e5: Student's t by Wallace 1959. That estimate is as certain as
-/// a standard deviation with 0.37 times the degrees of freedom.
+/// normal numbers, that is exceeded once in 1e5: Student's t. That estimate is as certain as a standard
+/// deviation with 0.37 times the degrees of freedom.
 fn rare_deviate(count: usize) -> f64 {
-    let freedom = 0.37 * (count as f64 - 1.0);
-    let z = RARE * (8.0 * freedom + 3.0) / (8.0 * freedom + 1.0);
-    (freedom * (z * z / freedom).exp_m1()).sqrt()
+    student_of(RARE, 0.37 * (count as f64 - 1.0))
 }
 
 #[cfg(test)]

@@ -2,7 +2,9 @@
 
 use proptest::prelude::*;
 use rijke_numerics::Streams;
-use rijke_signal::{ClickOptions, Extent, PingOptions, Reflection, Trace, fit_click, fit_ping};
+use rijke_signal::{
+    BlowOptions, ClickOptions, Extent, Fault, PingOptions, Reflection, Trace, fit_blow, fit_click, fit_ping,
+};
 
 /// One channel of a kind: noise, nothing, extreme, steps, a tone, an impulse, not a number.
 fn channel(kind: u8, length: usize, seed: u64) -> Vec<f64> {
@@ -22,6 +24,52 @@ fn channel(kind: u8, length: usize, seed: u64) -> Vec<f64> {
             _ => (0.1 * n as f64).cos(),
         })
         .collect()
+}
+
+#[test]
+fn behaviour_wrong_rates_and_windows_are_faults() {
+    let channels = vec![channel(5, 9600, 1), channel(6, 9600, 2)];
+    for k in -30..=30 {
+        let rate_hz = 10.0_f64.powi(10 * k);
+        for rate_hz in [rate_hz, 3.0 * rate_hz, 8.0 * rate_hz, 25.0 * rate_hz] {
+            let trace = Trace { channels: &channels, rate_hz, quiet: 1600, full_scale: f64::INFINITY };
+            let scaled = PingOptions {
+                band_hz: (0.01 * rate_hz, 0.04 * rate_hz),
+                highest_hz: 0.16 * rate_hz,
+                ..PingOptions::default()
+            };
+            let _ = (fit_ping(&trace, &PingOptions::default()).is_ok(), fit_ping(&trace, &scaled).is_ok());
+            if !(1e2..1e8).contains(&rate_hz) {
+                assert!(fit_click(&trace, &ClickOptions::default()).is_err(), "{rate_hz}");
+            }
+            let blow = BlowOptions { stretch_s: [0.01, 0.5], highest_hz: 600.0, near_hz: vec![170.0] };
+            let _ = fit_blow(&channels, rate_hz, &blow).is_ok();
+        }
+    }
+    for (rate_hz, stretch_s, highest_hz) in [
+        (0.0, [0.01, 0.5], 600.0),
+        (f64::NAN, [0.01, 0.5], 600.0),
+        (8e3, [0.5, 0.01], 600.0),
+        (8e3, [f64::NAN, 0.01], 600.0),
+        (8e3, [0.01, 0.5], 0.0),
+    ] {
+        let blow = BlowOptions { stretch_s, highest_hz, near_hz: vec![170.0] };
+        assert!(matches!(fit_blow(&channels, rate_hz, &blow), Err(Fault::Options(_))), "{blow:?}");
+    }
+    let trace = Trace { channels: &channels, rate_hz: 4e4, quiet: 1600, full_scale: f64::INFINITY };
+    let refused = |options: ClickOptions| fit_click(&trace, &options).unwrap_err().to_string();
+    let long = ClickOptions { window: (0.2, 0.1), ..ClickOptions::default() };
+    assert!(refused(long).contains("longer than the record"));
+    let reflection = Reflection {
+        lags: vec![1e-3, -1e-3],
+        strength: -1.0,
+        smoothing: 7e-5,
+        tolerance: 0.1,
+        pace_sd: 0.0,
+        dispersion: Vec::new(),
+    };
+    let early = ClickOptions { reflection: Some(reflection), ..ClickOptions::default() };
+    assert!(refused(early).contains("no later than its impulse"));
 }
 
 proptest! {

@@ -150,7 +150,13 @@ fn exact_inverted_channel_has_negative_gain() {
 fn exact_clicks_in_loud_hum_or_without_impulse_are_refused_with_the_right_reason() {
     let loud = Clicking { hum: 60.0, ..Clicking::tube(100.0) };
     let fault = fit(&loud, &loud.record(1, "hum")).unwrap_err();
-    assert!(matches!(fault, Fault::LoudHum { frequency_hz: 50.0, .. }), "{fault}");
+    let said = matches!(fault, Fault::LoudHum(Channel::Place(0), 50.0, _));
+    assert!(said && fault.to_string().contains("hum in channel 0"), "{fault}");
+    // An offset of many times the hum does not hide it.
+    let mut offset = loud.record(1, "hum");
+    let most = offset[0].iter().fold(0.0_f64, |most, y| most.max(y.abs()));
+    offset.iter_mut().flatten().for_each(|y| *y += 20.0 * most);
+    assert!(matches!(fit(&loud, &offset), Err(Fault::LoudHum(..))));
     let clicking = Clicking::tube(100.0);
     let mut record = clicking.record(1, "unplugged");
     record[3] = (0..record[0].len()).map(|n| ((n * 7919) % 1009) as f64 / 1009.0).collect();

@@ -2,10 +2,10 @@
 
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
-use rijke_numerics::{C64, Stream, Streams};
+use rijke_numerics::{C64, Matrix, Stream, Streams};
 use rijke_signal::{
-    BlowOptions, LossBand, RelativePressures, Spectra, SwitchedDoubt, SwitchedFault, SwitchedGains,
-    TransmissionTube, TubeErrors, combine_blows, fit_blow,
+    BlowFit, BlowMode, BlowOptions, Channel, Fault, LossBand, RelativePressures, Spectra, SwitchedDoubt,
+    SwitchedFault, SwitchedGains, TransmissionTube, TubeErrors, combine_blows, fit_blow,
 };
 use std::f64::consts::{PI, TAU};
 
@@ -305,8 +305,8 @@ fn coverage_modes_of_a_blow_lie_within_their_errors() {
             assert!(fit.onsets_s.len() == 1 && (fit.onsets_s[0] - 0.01).abs() < 1.5e-3, "{:?}", fit.onsets_s);
         }
         let found = combine_blows(&fits);
-        assert!(found[5].is_none(), "{:?}", found[5]);
-        for (mode, truth) in found.iter().zip(&MODES) {
+        assert!(found.modes[5].is_none(), "{:?}", found.modes[5]);
+        for (mode, truth) in found.modes.iter().zip(&MODES) {
             let mode = mode.as_ref().unwrap();
             for (k, error) in [mode.s.re - truth[0], mode.s.im - TAU * truth[1]].into_iter().enumerate() {
                 let sd = mode.covariance[(k, k)].sqrt();
@@ -319,6 +319,63 @@ fn coverage_modes_of_a_blow_lie_within_their_errors() {
     // than 95 %.
     let share = f64::from(within) / f64::from(all);
     assert!((0.93..=1.0).contains(&share), "{within} of {all}");
+}
+
+#[test]
+fn exact_means_of_blows_count_noise_once() {
+    // Twelve records whose modes scatter as their fits say: the variance of the mean is a twelfth of that.
+    let mut stream = Streams::new(3).stream("means");
+    let covariance = Matrix::diagonal(&[4.0, 9.0]);
+    let mode = |s: C64| BlowMode { s, covariance: covariance.clone() };
+    let mut fits: Vec<BlowFit> = (0..12)
+        .map(|_| {
+            let modes = (0..20).map(|k| {
+                let truth = C64::new(-20.0, 1000.0 * f64::from(k + 1));
+                Some(mode(truth + C64::new(2.0 * normal(&mut stream), 3.0 * normal(&mut stream))))
+            });
+            BlowFit { onsets_s: vec![0.0], modes: modes.collect() }
+        })
+        .collect();
+    let found = combine_blows(&fits);
+    assert!(found.outliers.is_empty(), "{:?}", found.outliers);
+    for mode in found.modes.iter().flatten() {
+        for (k, noise) in [4.0, 9.0].into_iter().enumerate() {
+            let ratio = (mode.covariance[(k, k)] / (noise / 12.0)).sqrt();
+            assert!((1.0..1.25).contains(&ratio), "{ratio}");
+        }
+    }
+    // A mode that one record lacks, and another record that has it far away: places are those of the records.
+    fits[0].modes[3] = None;
+    fits[7].modes[3].as_mut().unwrap().s.re += 500.0;
+    let found = combine_blows(&fits);
+    let [(7, why)] = &found.outliers[..] else { panic!("{:?}", found.outliers) };
+    assert!(why.to_string().starts_with("growth rate of the mode at 636."), "{why}");
+    assert!((found.modes[3].as_ref().unwrap().s.re + 20.0).abs() < 3.0);
+    // One record alone says what it says; none says nothing.
+    let one = combine_blows(&fits[..1]);
+    assert!(one.modes[3].is_none() && one.modes[4].as_ref().unwrap().covariance == covariance);
+    assert!(combine_blows(&[]).modes.is_empty());
+}
+
+#[test]
+fn behaviour_offsets_of_a_blow_do_not_matter_and_broken_channels_are_refused() {
+    let options = BlowOptions { stretch_s: [0.02, 0.3], highest_hz: 600.0, near_hz: vec![150.0] };
+    let mut blow = struck(0.02, &mut Streams::new(5).stream("offset"));
+    blow.pop();
+    let fit = |channels: &[Vec<f64>]| fit_blow(channels, 8000.0, &options);
+    let level = fit(&blow).unwrap();
+    // More than a tenth of the peak: without its removal the blow begins with the record.
+    let offset: Vec<f64> = blow[0].iter().map(|v| v + 8.0).collect();
+    let found = fit(&[offset]).unwrap();
+    assert_eq!(found.onsets_s, level.onsets_s);
+    let [a, b] = [&level, &found].map(|f| f.modes[0].as_ref().unwrap());
+    assert!((a.s - b.s).norm() < 1e-6 && (&a.covariance[(0, 0)] - &b.covariance[(0, 0)]).abs() < 1e-6);
+    let mut bad = blow.clone();
+    bad[0][99] = f64::NAN;
+    assert_eq!(fit(&bad), Err(Fault::NotFinite { channel: Channel::Place(0), sample: 99 }));
+    bad = vec![blow[0].clone(), vec![0.3; blow[0].len()]];
+    let dead = fit(&bad).unwrap_err();
+    assert!(matches!(dead, Fault::DeadChannel { channel: Channel::Place(1), .. }), "{dead}");
 }
 
 #[test]

@@ -14,6 +14,7 @@ mod drifting;
 mod driven;
 mod excess;
 mod excited;
+mod free;
 mod hum;
 mod naive;
 mod ping;

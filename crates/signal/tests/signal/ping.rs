@@ -178,6 +178,20 @@ fn behaviour_a_constant_offset_changes_nothing() {
 }
 
 /// What fit_ping says of a record in which `harm` was done.
+#[test]
+fn behaviour_a_microphone_at_a_node_is_kept_where_that_is_stated() {
+    let mut ringing = Ringing::tube(-10.0, 1000.0);
+    ringing.modes[0].1[2] = C64::ZERO;
+    let channels = ringing.record(4, "node");
+    let fault = fit(&ringing, &channels).unwrap_err();
+    assert!(matches!(fault, Fault::NoSignal { channel: Channel::Place(2), .. }), "{fault}");
+    let trace = Trace { channels: &channels, rate_hz: 1e4, quiet: ringing.quiet, full_scale: f64::INFINITY };
+    let options = PingOptions { reference: 5, silent_channels: true, ..PingOptions::default() };
+    let found = fit_ping(&trace, &options).unwrap();
+    assert!(found.ping.pressures[2].norm() < 1e-3, "{}", found.ping.pressures[2]);
+    assert!((found.ping.s.re + 10.0).abs() < 4.0 * found.ping.covariance[(0, 0)].sqrt());
+}
+
 fn verdict(harm: impl Fn(&mut Vec<Vec<f64>>)) -> Fault {
     let ringing = Ringing::tube(-10.0, 100.0);
     let mut record = ringing.record(7, "harm");

@@ -2,7 +2,7 @@
 
 use rand_distr::{Distribution, StandardNormal};
 use rijke_numerics::{C64, Stream, Streams};
-use rijke_signal::{Channel, Fault, Swept, SweptOptions};
+use rijke_signal::{Channel, Fault, Spectra, Swept, SweptOptions};
 use std::f64::consts::TAU;
 
 const RATE: f64 = 4096.0;
@@ -197,6 +197,32 @@ fn coverage_transfer_functions_of_sweeps_lie_within_their_errors() {
 }
 
 #[test]
+fn coverage_bands_without_a_bend_keep_the_noise_between_records() {
+    // Two records of two microphones, three frequencies in a band: the ratio of both measures of the noise is
+    // F(2, 6), and exceeds the limit of "five standard deviations", 6, in one band of 27 by chance.
+    let options = SweptOptions { resolution_hz: 3.0, ..OPTIONS };
+    let (mut widened, mut all) = (0_u32, 0_u32);
+    for seed in 0..20 {
+        let mut stream = Streams::new(seed).stream("bends");
+        let records: Vec<_> = (0..2).map(|_| record(&sweep(), 2, 0.1, &mut stream)).collect();
+        let found = Swept::new(&records, RATE, &options).unwrap();
+        for (band, field) in found.fields.iter().enumerate() {
+            let first = 80 + 3 * band;
+            let apart = |f: usize| {
+                let (a, b) = (direction(&records[0], f), direction(&records[1], f));
+                1.0 - a.iter().zip(&b).map(|(a, b)| a.conj() * b).sum::<C64>().norm()
+            };
+            let noise = (first..first + 3).map(apart).sum::<f64>() / 3.0;
+            let signal = 1.0 - 2.0 * noise;
+            let sd = (noise * (signal + noise) / (signal * signal) / 12.0).sqrt();
+            (widened, all) = (widened + u32::from(field.sd > 1.0001 * sd), all + 1);
+        }
+    }
+    // Stated: one band in 10 000.
+    assert!(all == 4800 && widened < 6, "{widened} of {all}");
+}
+
+#[test]
 fn coverage_transfer_functions_of_periods_lie_within_their_errors() {
     let periods = |stream: &mut Stream| {
         // Tones of random phase; in the first period the rig settles.
@@ -254,6 +280,22 @@ fn message_records_that_cannot_be_averaged_are_faults() {
     assert!(fault(one, SweptOptions { resolution_hz: 0.1, ..OPTIONS }).contains("a single record"));
     assert!(fault(one, SweptOptions { band_hz: [80.0, 81.0], ..OPTIONS }).contains("band"));
     assert!(fault(&[], OPTIONS).contains("microphones"));
+    // Each of these was taken once, or looped over the period.
+    assert!(fault(one, SweptOptions { period: Some(usize::MAX), ..OPTIONS }).contains("beside its period"));
+    for resolution_hz in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        assert!(
+            fault(one, SweptOptions { resolution_hz, ..OPTIONS }).contains("the resolution is no number")
+        );
+    }
+    for band_hz in [[800.0, 80.0], [f64::NAN, 80.0], [80.0, f64::NAN], [-1.0, 80.0]] {
+        let found = Spectra::welch(&good, RATE, 512, band_hz).unwrap_err().to_string();
+        assert!(found.contains("lower one first"), "{found}");
+        assert_eq!(fault(one, SweptOptions { band_hz, ..OPTIONS }), found);
+    }
+    for rate in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        let found = Spectra::welch(&good, rate, 512, [80.0, 800.0]).unwrap_err().to_string();
+        assert!(found.contains("the sampling rate is no number"), "{found}");
+    }
     let mut bad = good.clone();
     bad[1][7] = f64::NAN;
     assert_eq!(

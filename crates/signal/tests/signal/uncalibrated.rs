@@ -7,7 +7,7 @@ use rijke_rig::{
     Apparatus, Arrays, DataKind, Day, OperatingPoint, PointRecords, Record, RecordSet, RecordSource,
     RecordTiming, RigError,
 };
-use rijke_signal::{ChannelPriors, ProcessOptions, process};
+use rijke_signal::{ChannelPriors, Kept, ProcessOptions, process, process_again};
 
 /// Pings at two points; nothing else.
 struct Pings {
@@ -240,4 +240,37 @@ fn behaviour_a_dead_microphone_costs_its_channel_only_and_moves_no_number() {
         assert_eq!(read.rig.microphones.positions.len(), heard);
         assert_eq!(read.channels.unwrap().gains.rows(), heard - 1);
     }
+}
+
+/// The same records in another unit.
+struct Loud(Pings);
+
+impl RecordSource for Loud {
+    fn set(&self) -> &RecordSet {
+        &self.0.set
+    }
+
+    fn ping(&self, point: usize, repeat: usize) -> Result<Record, RigError> {
+        let mut record = self.0.ping(point, repeat)?;
+        record.channels.iter_mut().flatten().for_each(|p| *p *= 1e3);
+        Ok(record)
+    }
+
+    fn click(&self, point: usize, repeat: usize) -> Result<Record, RigError> {
+        self.ping(point, repeat)
+    }
+
+    fn calibration(&self, which: usize, repeat: usize) -> Result<Record, RigError> {
+        self.ping(which, repeat)
+    }
+}
+
+#[test]
+fn message_a_wrong_unit_is_told_as_long_as_the_records_are_there() {
+    let (kept, records) = (Kept::default(), Loud(Pings::new(1e4, 2)));
+    let notes = || process_again(&records, &ProcessOptions::default(), Some(&kept), &|| ()).unwrap().notes;
+    let first = notes();
+    assert!(first.iter().any(|note| note.contains("Pa: look whether `unit`")), "{first:?}");
+    // From fits that were kept.
+    assert_eq!(notes(), first);
 }
