@@ -26,7 +26,7 @@ pub struct AssessOptions {
     pub random_starts: usize,
     /// Size of that sample, an evaluation of the model each.
     pub screened: usize,
-    /// Most searches, of all kinds together.
+    /// Most searches. Those from the images to which an alias leads are not counted.
     pub most_starts: usize,
     /// Model calls spent on the importance-sampled evidence; zero leaves it out, and says so in the row.
     pub draws: usize,

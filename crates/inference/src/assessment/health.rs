@@ -2,7 +2,7 @@
 
 use crate::density::Calls;
 use crate::evidence::{Conflict, Evidence};
-use crate::maxima::{Explored, OtherMaximum};
+use crate::maxima::{Explored, Open, OtherMaximum};
 use crate::sample::{Importance, Verdict};
 use serde::{Deserialize, Serialize};
 
@@ -52,8 +52,22 @@ impl Health {
     pub(crate) fn of_search(found: &Explored) -> Self {
         let mut health =
             Self { starts: found.starts, failed_starts: found.failed, calls: found.calls, ..Self::default() };
-        if found.open {
-            health.warnings.push(format!("new maxima were still found after {} starts", found.starts));
+        if let Some(open) = found.open {
+            let (starts, count) = (found.starts, found.peaks.len());
+            let found = match open {
+                Open::StillFound => format!("new maxima were still found after {starts} starts"),
+                Open::FewStarts => {
+                    format!("{starts} starts are too few to find all maxima, where {count} are known")
+                }
+                Open::ManyImages => {
+                    format!("aliases lead to more maxima than the {count} that were looked at")
+                }
+            };
+            let remedy = match open {
+                Open::ManyImages => "Narrow the prior of the parameter that repeats itself",
+                _ => "Allow more starts, or declare the step by which a parameter repeats itself",
+            };
+            health.warnings.push(format!("{found}: the evidence may be too low. {remedy}"));
         }
         health
     }

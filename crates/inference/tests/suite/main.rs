@@ -15,6 +15,7 @@ mod health;
 mod invariance;
 mod kernelled;
 mod linear;
+mod many_maxima;
 mod maxima;
 mod nist;
 mod posterior;
