@@ -6,6 +6,20 @@ use crate::maxima::{Explored, Open, OtherMaximum};
 use crate::sample::{Importance, Verdict};
 use serde::{Deserialize, Serialize};
 
+/// How far the data lie from the best prediction, in the noise of the fit.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ChiSquared {
+    /// r' C^-1 r of all data.
+    pub value: f64,
+    /// Degrees of freedom: the number of data, less the parameters that they determine if no noise is
+    /// estimated. An estimated noise adjusts itself to the residuals, so that nothing but its floor can be
+    /// exceeded, and all data count.
+    pub freedom: usize,
+    /// How many standard deviations of a normal number are as improbable; `value` far below `freedom` counts
+    /// as none.
+    pub sds: f64,
+}
+
 /// What the checks of one evidence found.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Health {
@@ -35,8 +49,11 @@ pub struct Health {
     /// How far the posterior lies from the priors; [`Conflict::warnings`] says where it is too far.
     #[serde(default)]
     pub conflict: Conflict,
-    /// Reasons not to trust the evidence, in words with numbers; empty means trusted. They judge the numbers
-    /// and not the model: whether it describes the data is for chi-squared and residuals to say.
+    /// How far the data lie from the model, if it was asked for.
+    #[serde(default)]
+    pub chi_squared: Option<ChiSquared>,
+    /// Reasons not to trust the evidence, the standard deviations or the model, in words with numbers; empty
+    /// means trusted.
     pub warnings: Vec<String>,
     /// Calls of the model spent on fits (all starts) and on draws.
     pub calls: Calls,

@@ -211,7 +211,7 @@ impl<'a> Posterior<'a> {
 
     /// What every block adds, with derivatives in the first `p` parameters (all or none) and the noise,
     /// unless it is held.
-    fn blocks(
+    pub(super) fn blocks(
         &self,
         prediction: &Prediction,
         p: usize,
