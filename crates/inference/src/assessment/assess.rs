@@ -129,9 +129,17 @@ impl Posterior<'_> {
     /// doubled priors cost no call.
     ///
     /// # Errors
-    /// Errors that are not recoverable, and the failure of the first start if the model fails at all of them.
+    /// [`InferenceError::StartSize`] and [`InferenceError::BadName`] for starts and scans of other parameters;
+    /// errors that are not recoverable, and the failure of the first start if the model fails at all of them.
     /// A model that was fitted but cannot be trusted is an [`Assessment`] with warnings.
     pub fn assess(&self, options: &AssessOptions) -> Result<Assessment, InferenceError> {
+        let expected = self.parameters().len();
+        if let Some(start) = options.starts.iter().find(|start| start.len() != expected) {
+            return Err(InferenceError::StartSize { found: start.len(), expected });
+        }
+        for scan in &options.scans {
+            self.parameters().place(&scan.parameter)?;
+        }
         let terrain = Terrain { posterior: self, search: options.search, streams: options.streams };
         let (scanned, calls) = self.scanned(&options.scans, options.streams);
         let mut breadth = options.breadth();

@@ -75,7 +75,7 @@ impl Laplace {
 }
 
 impl Posterior<'_> {
-    /// The Gaussian approximation at `fit`, and the evidence.
+    /// The Gaussian approximation at `fit`, which must be one of this posterior, and the evidence.
     ///
     /// Cost: one call of the model with second derivatives.
     ///

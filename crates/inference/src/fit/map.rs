@@ -255,11 +255,15 @@ impl Posterior<'_> {
         Ok(None)
     }
 
-    /// As [`Posterior::map`], from working coordinates.
+    /// As [`Posterior::map`], from working coordinates: those of the parameters, then ln sd of each noise that
+    /// floats.
     ///
     /// # Errors
-    /// As [`Posterior::map`].
+    /// As [`Posterior::map`], and [`InferenceError::StartSize`] for another number of them.
     pub fn map_from(&self, start: &[f64], search: &TrustRegion) -> Result<Fit, InferenceError> {
+        if start.len() != self.size() {
+            return Err(InferenceError::StartSize { found: start.len(), expected: self.size() });
+        }
         Ok(self.fit_of(minimise(self, start, search)?, search.method))
     }
 

@@ -101,6 +101,9 @@ impl<'a> Posterior<'a> {
     }
 
     /// The standard deviation of every group of noise at the point `z`.
+    ///
+    /// # Panics
+    /// If `z` has fewer numbers than there are parameters.
     #[must_use]
     pub fn noise_sd(&self, z: &[f64]) -> Vec<f64> {
         let mut sds: Vec<f64> = self
@@ -116,6 +119,9 @@ impl<'a> Posterior<'a> {
     }
 
     /// The covariance of block `k` with the standard deviations `sds`, as a dense matrix.
+    ///
+    /// # Panics
+    /// If there is no block `k`, or `sds` has fewer numbers than there are groups of noise.
     #[must_use]
     pub fn covariance(&self, k: usize, sds: &[f64]) -> Matrix {
         self.data.observations()[k].covariance(sds)

@@ -20,6 +20,7 @@ mod maxima;
 mod nist;
 mod posterior;
 mod problems;
+mod refusals;
 mod samplers;
 mod simulated;
 mod stages;
