@@ -40,8 +40,8 @@ impl Ensemble {
     ///
     /// # Errors
     /// [`EnsembleError::Shape`] if the lists do not fit, [`EnsembleError::Dense`] if the noise is not
-    /// positive definite, [`EnsembleError::NotFinite`] if a prediction or a member is not finite, [`EnsembleError::Datum`] if a
-    /// datum is not.
+    /// positive definite, [`EnsembleError::NotFinite`] if a prediction or a member is not finite,
+    /// [`EnsembleError::Datum`] if a datum is not.
     pub fn analyse(
         &mut self,
         observed: &EnsembleData<'_>,

@@ -100,10 +100,7 @@ impl<'a> Posterior<'a> {
         &self.floating
     }
 
-    /// The standard deviation of every group of noise at the point `z`.
-    ///
-    /// # Panics
-    /// If `z` has fewer numbers than there are parameters.
+    /// The standard deviation of every group of noise at the point `z`, of the size of this posterior.
     #[must_use]
     pub fn noise_sd(&self, z: &[f64]) -> Vec<f64> {
         let mut sds: Vec<f64> = self
@@ -121,7 +118,7 @@ impl<'a> Posterior<'a> {
     /// The covariance of block `k` with the standard deviations `sds`, as a dense matrix.
     ///
     /// # Panics
-    /// If there is no block `k`, or `sds` has fewer numbers than there are groups of noise.
+    /// If there is no block `k`, or `sds` has fewer numbers than there are groups.
     #[must_use]
     pub fn covariance(&self, k: usize, sds: &[f64]) -> Matrix {
         self.data.observations()[k].covariance(sds)
