@@ -1,6 +1,5 @@
 //! What can go wrong.
 
-use crate::flow_chain::FlowSlot;
 use crate::slot::Slot;
 use rijke_numerics::C64;
 use std::f64::consts::TAU;
@@ -48,11 +47,11 @@ pub enum NetworkError {
     },
     /// The same in a chain with flow.
     #[error(
-        "law {law} is attached to {slot:?}, but the coefficients have {laws} laws, numbered from 0: attach one of these"
+        "law {law} is attached to {slot}, but the coefficients have {laws} laws, numbered from 0: attach one of these"
     )]
     NoFlowLaw {
-        /// Where it is attached.
-        slot: FlowSlot,
+        /// Where it is attached: a slot of the chain, as Rust writes it.
+        slot: String,
         /// Its number.
         law: usize,
         /// How many laws there are.

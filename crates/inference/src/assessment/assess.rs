@@ -129,9 +129,9 @@ impl Posterior<'_> {
     /// doubled priors cost no call.
     ///
     /// # Errors
-    /// [`InferenceError::StartSize`] and [`InferenceError::BadName`] for starts and scans of other parameters;
-    /// errors that are not recoverable, and the failure of the first start if the model fails at all of them.
-    /// A model that was fitted but cannot be trusted is an [`Assessment`] with warnings.
+    /// [`InferenceError::StartSize`] and [`InferenceError::BadName`] for starts and scans of other
+    /// parameters; errors that are not recoverable, and the failure of the first start if the model fails at
+    /// all of them. A model that was fitted but cannot be trusted is an [`Assessment`] with warnings.
     pub fn assess(&self, options: &AssessOptions) -> Result<Assessment, InferenceError> {
         let expected = self.parameters().len();
         if let Some(start) = options.starts.iter().find(|start| start.len() != expected) {

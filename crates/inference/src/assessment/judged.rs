@@ -41,8 +41,8 @@ impl Posterior<'_> {
         Ok(())
     }
 
-    /// What few data leave unknown of noises that float, also as part of `fit`, with a warning where Laplace's
-    /// standard deviations are too small. Nothing where it cannot be found.
+    /// What few data leave unknown of noises that float, also as part of `fit`, with a warning where
+    /// Laplace's standard deviations are too small. Nothing where it cannot be found.
     pub(super) fn few(&self, fit: &mut Fit, laplace: &Laplace, health: &mut Health) -> Option<Few> {
         if self.floating().is_empty() || self.data().size() > MOST {
             return None;

@@ -7,8 +7,8 @@ use crate::problem::Prediction;
 use rijke_numerics::Order;
 
 impl Posterior<'_> {
-    /// r' C^-1 r of every observation, r being what the prediction of a fit leaves and C the covariance there:
-    /// twice the drop of ln likelihood against data that lie on the prediction.
+    /// r' C^-1 r of every observation, r being what the prediction of a fit leaves and C the covariance
+    /// there: twice the drop of ln likelihood against data that lie on the prediction.
     ///
     /// # Errors
     /// Those of the model, and [`InferenceError::SingularCovariance`].

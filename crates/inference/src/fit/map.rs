@@ -255,8 +255,8 @@ impl Posterior<'_> {
         Ok(None)
     }
 
-    /// As [`Posterior::map`], from working coordinates: those of the parameters, then ln sd of each noise that
-    /// floats.
+    /// As [`Posterior::map`], from working coordinates: those of the parameters, then ln sd of each noise
+    /// that floats.
     ///
     /// # Errors
     /// As [`Posterior::map`], and [`InferenceError::StartSize`] for another number of them.

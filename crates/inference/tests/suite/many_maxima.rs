@@ -1,4 +1,5 @@
-//! Posteriors of dozens of equal maxima against quadrature: all are found, or a warning says that they are not.
+//! Posteriors of dozens of equal maxima against quadrature: all are found, or a warning says that they are
+//! not.
 
 use crate::problems::normal;
 use rijke_inference::*;

@@ -45,7 +45,10 @@ impl FlowChain {
     fn check_numbers(&self, laws: &dyn Coefficients) -> Result<(), NetworkError> {
         let count = laws.laws();
         match self.attached.iter().find(|a| a.law >= count) {
-            Some(a) => Err(NetworkError::NoFlowLaw { slot: a.slot, law: a.law, laws: count }),
+            Some(a) => {
+                let slot = format!("{:?}", a.slot);
+                Err(NetworkError::NoFlowLaw { slot, law: a.law, laws: count })
+            }
             None => Ok(()),
         }
     }

@@ -14,8 +14,8 @@ impl Network {
     /// # Errors
     /// [`NetworkError::NotConverged`] after too many steps, [`NetworkError::NotFinite`] where a law has no
     /// value, [`NetworkError::LostBranch`] if the root is farther from the guess than [`Newton::radius`],
-    /// [`NetworkError::NoLaw`] for a law that is attached and not there, [`NetworkError::Property`] where laws
-    /// make a length, an area, a speed of sound or a density that is not positive,
+    /// [`NetworkError::NoLaw`] for a law that is attached and not there, [`NetworkError::Property`] where
+    /// laws make a length, an area, a speed of sound or a density that is not positive,
     /// [`NetworkError::Overflow`], [`NetworkError::Tolerance`].
     pub fn solve<K: Coefficients + ?Sized>(
         &self,

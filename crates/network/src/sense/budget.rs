@@ -43,8 +43,8 @@ pub struct Exchange {
 }
 
 impl Budget {
-    /// Sum of all entries minus 2 sigma, relative to the sum of their moduli: zero but for rounding if s is an
-    /// eigenvalue, and only then, as the power that leaves at the downstream end is what its reflection
+    /// Sum of all entries minus 2 sigma, relative to the sum of their moduli: zero but for rounding if s is
+    /// an eigenvalue, and only then, as the power that leaves at the downstream end is what its reflection
     /// coefficient lets pass of the wave that arrives there.
     #[must_use]
     pub fn mismatch(&self) -> f64 {
