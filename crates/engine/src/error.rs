@@ -69,8 +69,9 @@ pub enum EngineError {
     },
     /// The mode that was measured is not one that the rig as described has.
     #[error(
-        "at operating point {point}: {measured_hz:.1} Hz was measured, the rig as described rings at {described_hz:.1} Hz; check \
-         its ends, lengths and temperatures"
+        "at operating point {point}: {measured_hz:.1} Hz was measured, the rig as described rings at {described_hz:.1} Hz{}; check \
+         its ends, lengths and temperatures, and the factors of this point",
+        dense(*measured_hz, *described_hz)
     )]
     OtherMode {
         /// The operating point.
@@ -311,6 +312,17 @@ pub enum EngineError {
         /// What is wrong with it.
         problem: String,
     },
+}
+
+/// Why modes that are near one another do not fit.
+fn dense(measured: f64, described: f64) -> &'static str {
+    const NEAR: f64 = 0.02;
+    let near = (described / measured - 1.0).abs() < NEAR;
+    if near {
+        ", one of many modes that lie as close to each other: the rig is far too long for it"
+    } else {
+        ""
+    }
 }
 
 impl EngineError {

@@ -104,7 +104,7 @@ impl Noise {
             unit: "1".into(),
             sd: law.sd,
             floats: false,
-            few: NoiseEstimate::KNOWN,
+            few: Some(NoiseEstimate::KNOWN),
         })
     }
 }
@@ -141,7 +141,7 @@ impl Misfit {
     #[must_use]
     pub fn of_growth(noise: &[NoiseEstimate]) -> f64 {
         let of = |n: &&NoiseEstimate| n.name.strip_suffix(BETWEEN).unwrap_or(&n.name) == MEASURED[0];
-        noise.iter().filter(of).map(|n| n.sd * n.sd * n.few[0]).sum::<f64>().sqrt()
+        noise.iter().filter(of).map(|n| n.sd * n.sd * n.unknown()[0]).sum::<f64>().sqrt()
     }
 
     /// What an interval of a new measurement must be wide by: with the root mean square of the measured
@@ -154,7 +154,7 @@ impl Misfit {
             let floor = if measured.is_finite() { measured * measured } else { 0.0 };
             let (mut variance, mut spread) = (floor, 0.0);
             for n in noise.iter().filter(|n| n.name.strip_suffix(BETWEEN).unwrap_or(&n.name) == MEASURED[k]) {
-                let [factor, ln_variance] = n.few;
+                let [factor, ln_variance] = n.unknown();
                 let own = n.sd * n.sd * factor;
                 variance += own;
                 spread += own * own * ln_variance;

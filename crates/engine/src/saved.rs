@@ -73,7 +73,7 @@ impl SavedModel {
             names: known.names,
             mean: known.mean,
             noise: trained.noise.iter().map(|e| (e.name.clone(), e.sd)).collect(),
-            few: trained.noise.iter().map(|e| e.few).collect(),
+            few: trained.noise.iter().map(NoiseEstimate::unknown).collect(),
             causes: trained.common.as_ref().map(Common::causes_and_shares).unwrap_or_default(),
             law,
             measured,
@@ -108,7 +108,7 @@ impl SavedModel {
             unit: String::new(),
             sd: *sd,
             floats: false,
-            few: self.few.get(k).copied().unwrap_or(NoiseEstimate::KNOWN),
+            few: self.few.get(k).copied(),
         };
         let common = (!self.causes.is_empty()).then(|| Common::of_shares(&self.causes));
         Ok(crate::TrainedPosterior {

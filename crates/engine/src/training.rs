@@ -304,7 +304,7 @@ impl Fitting<'_> {
         let covariance =
             Matrix::from_fn(covariance.rows(), covariance.columns(), |i, j| wide(i, j) * covariance[(i, j)]);
         let mut noise = fit.noise;
-        few.noises.iter().for_each(|(g, few)| noise[*g].few = *few);
+        few.noises.iter().for_each(|(g, few)| noise[*g].few = Some(*few));
         let linear = Arc::new((linear, order));
         // Blocks of data may hold several operating points or parts of one; all maxima that were found count.
         let evidence = Evidence { datapoints: points, ..summed.unwrap_or(laplace.evidence) };

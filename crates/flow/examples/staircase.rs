@@ -1,7 +1,7 @@
 //! Clicks of a staircase of powers, warm-up included, assimilated through the library: `cargo run --release
 //! -p rijke-flow --example staircase`.
 //!
-//! The record is virtual: 0, 30 and 180 W for 25 min each, a click every 15 s. Your own is a [`Record`] of
+//! The record is virtual: 0, 30 and 180 W for 25 min each, a click every 15 s. Your own is a `FlowRecord` of
 //! the same shape: arrival times after the trigger (s), indicated ambient temperature (K) and power (W), at
 //! equal intervals, from a cold start.
 #![allow(clippy::print_stdout, reason = "an example shows its result")]

@@ -144,6 +144,15 @@ fn exact_zero_to_a_parameter_is_zero_with_its_derivatives() {
 fn exact_errors_point_at_the_fault() {
     assert_eq!(complaint("k1 * $"), (5, FormulaProblem::Character('$')));
     assert_eq!(complaint("k1 *"), (4, FormulaProblem::MissingOperand));
+    // A space that does not break is no blank of a formula, and is not seen.
+    assert_eq!(complaint("k1\u{a0}+ 2"), (2, FormulaProblem::Character('\u{a0}')));
+    let text = parse("k1\u{a0}+ 2").unwrap_err().to_string();
+    assert!(text.contains("the invisible character U+00A0 has no place"), "{text}");
+    assert_eq!(complaint("k1 + 1e"), (5, FormulaProblem::BrokenNumber));
+    for (text, name) in [("sin k1", "sin"), ("2*exp", "exp")] {
+        let (_, problem) = complaint(text);
+        assert_eq!(problem, FormulaProblem::FunctionAlone { name: name.to_owned() });
+    }
     assert_eq!(complaint(""), (0, FormulaProblem::MissingOperand));
     assert_eq!(complaint("2*(k1 + 3"), (2, FormulaProblem::Unclosed));
     assert_eq!(complaint("2 k1"), (2, FormulaProblem::MissingOperator));

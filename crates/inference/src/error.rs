@@ -86,7 +86,7 @@ pub enum InferenceError {
         expected: usize,
     },
     /// The number of given values is not the number of parameters.
-    #[error("{found} starting values were given for {expected} parameters")]
+    #[error("{found} starting values were given for {expected} numbers: give one for each")]
     StartSize {
         /// Number given.
         found: usize,

@@ -13,7 +13,9 @@ mod numbers;
 mod problem;
 mod sample;
 
-pub use assessment::{AssessOptions, Assessment, Draws, Health, InferenceRecord, ParameterRecord, assess};
+pub use assessment::{
+    AssessOptions, Assessment, ChiSquared, Draws, Health, InferenceRecord, ParameterRecord, assess,
+};
 pub use density::{Calls, Energy, Gaussian, Method, Minimum, Objective, Stop, TrustRegion, minimise};
 pub use error::{ForwardError, InferenceError};
 pub use evidence::{

@@ -168,7 +168,7 @@ pub struct Power {
 
 impl Balance {
     /// Sum of all entries minus 2 sigma, relative to the sum of their moduli: zero but for rounding at an
-    /// eigenvalue.
+    /// eigenvalue, and only there.
     #[must_use]
     pub fn mismatch(&self) -> f64 {
         let parts = [self.upstream, self.downstream, self.viscous, self.thermal, self.mean_flow];
@@ -246,6 +246,7 @@ impl Chain for Network {
         root: &Root,
         work: &mut Workspace,
     ) -> Result<Balance, NetworkError> {
+        self.check(laws, root.s, &mut work.laws)?;
         let budget = self.budget(laws, root, work);
         let place = |e: crate::sense::budget::Exchange| Power {
             place: e.place,

@@ -21,6 +21,71 @@ pub enum NetworkError {
         /// Its value.
         value: f64,
     },
+    /// Laws make a property of a segment that is not positive.
+    #[error(
+        "segment {index}: with what laws add to it the {quantity} is {value}, but must be positive: bound the parameters of these laws"
+    )]
+    Property {
+        /// Number of the segment, from 0.
+        index: usize,
+        /// Which property.
+        quantity: &'static str,
+        /// Its value, or the real part of it.
+        value: f64,
+    },
+    /// A law is attached that the coefficients do not have.
+    #[error(
+        "law {law} is attached to {slot:?}, but the coefficients have {laws} laws, numbered from 0: attach one of these"
+    )]
+    NoLaw {
+        /// Where it is attached.
+        slot: Slot,
+        /// Its number.
+        law: usize,
+        /// How many laws there are.
+        laws: usize,
+    },
+    /// The same in a chain with flow.
+    #[error(
+        "law {law} is attached to {slot}, but the coefficients have {laws} laws, numbered from 0: attach one of these"
+    )]
+    NoFlowLaw {
+        /// Where it is attached: a slot of the chain, as Rust writes it.
+        slot: String,
+        /// Its number.
+        law: usize,
+        /// How many laws there are.
+        laws: usize,
+    },
+    /// The tolerance of Newton's iteration would end it anywhere.
+    #[error("the tolerance of Newton's iteration is {tolerance}: give a relative error of s, from 0 to 0.1")]
+    Tolerance {
+        /// What was given.
+        tolerance: f64,
+    },
+    /// Waves grow along the network beyond what a number holds.
+    #[error(
+        "at a growth rate of {sigma:.3e} 1/s waves grow {exponent:.0} times by e along the network, more than a number holds: \
+         stay within {most:.3e} 1/s"
+    )]
+    Overflow {
+        /// The growth rate, 1/s.
+        sigma: f64,
+        /// Its modulus times the travel time.
+        exponent: f64,
+        /// The largest modulus of a growth rate that is safe.
+        most: f64,
+    },
+    /// Too many stations are asked for.
+    #[error("{samples} samples of each of {segments} segments are more than {most} stations: ask for fewer")]
+    Samples {
+        /// How many of each segment.
+        samples: usize,
+        /// How many segments.
+        segments: usize,
+        /// Most stations.
+        most: usize,
+    },
     /// A flow is too fast for the closures used.
     #[error("duct {index}: the Mach number is {mach}, but must be below 0.3")]
     TooFast {
@@ -221,6 +286,8 @@ impl NetworkError {
                 | Self::LostBranch { .. }
                 | Self::NotFinite { .. }
                 | Self::SilentReference { .. }
+                | Self::Property { .. }
+                | Self::Overflow { .. }
                 | Self::TooFast { .. }
         )
     }

@@ -8,6 +8,7 @@
 /// (1) and (2): p2 - p1 = -k_mu u1 - k_mp p1, u2 - u1 = -k_eu u1 - k_ep p1, with upstream-side values on the
 /// right.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Slot {
     /// Length of a segment, m.
     Length(usize),
@@ -33,4 +34,16 @@ pub enum Slot {
     Upstream,
     /// Reflection coefficient g/f at the downstream end, with respect to rho c of the last segment.
     Downstream,
+}
+
+impl Slot {
+    /// Number of its segment or place; none for an end.
+    pub(crate) fn index(self) -> Option<usize> {
+        match self {
+            Self::Length(i) | Self::Area(i) | Self::SoundSpeed(i) | Self::Density(i) => Some(i),
+            Self::Viscous(i) | Self::Thermal(i) => Some(i),
+            Self::Mu(j) | Self::Mp(j) | Self::Eu(j) | Self::Ep(j) => Some(j),
+            Self::Upstream | Self::Downstream => None,
+        }
+    }
 }

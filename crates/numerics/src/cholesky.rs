@@ -15,8 +15,10 @@ impl Cholesky {
     /// Factorises `a`; only its lower triangle is read.
     ///
     /// # Errors
-    /// [`DenseError::NotPositiveDefinite`], also when `a` holds a NaN.
+    /// [`DenseError::NotPositiveDefinite`], also when `a` holds a NaN; [`DenseError::Shape`] unless it is
+    /// square.
     pub fn new(a: &Matrix) -> Result<Self, DenseError> {
+        a.square()?;
         let factor = a.to_faer().llt(Side::Lower).map_err(|error| {
             let faer::linalg::solvers::LltError::NonPositivePivot { index } = error;
             DenseError::NotPositiveDefinite { size: a.rows(), pivot: index }
@@ -33,6 +35,9 @@ impl Cholesky {
     }
 
     /// A^{-1} b.
+    ///
+    /// # Panics
+    /// Unless `b` has a number for each row.
     #[must_use]
     pub fn solve(&self, b: &[f64]) -> Vec<f64> {
         // Blocks of data are small: the allocations of a blocked solver would cost more than the solution.
@@ -62,13 +67,18 @@ impl Cholesky {
     }
 
     /// L^{-1} b: the vector in units of its own standard deviations, if A is a covariance.
+    ///
+    /// # Panics
+    /// Unless `b` has a number for each row.
     #[must_use]
     pub fn whiten(&self, b: &[f64]) -> Vec<f64> {
+        assert_eq!(b.len(), self.lower.rows(), "a vector needs one number for each row");
         forward(&self.lower, b)
     }
 }
 
-/// The solution y of L y = b by forward substitution; of L only the lower triangle is read.
+/// The solution y of L y = b by forward substitution; of L only the lower triangle is read, and as many rows
+/// as `b` has.
 ///
 /// # Panics
 /// If `b` is longer than L.

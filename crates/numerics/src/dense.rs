@@ -1,9 +1,7 @@
-//! Small dense algebra. With `cholesky` and `product`, the only files of the workspace that name the
-//! linear-algebra library.
+//! Small dense matrices. With `cholesky`, `product` and `solvers`, the only files of the workspace that name
+//! the linear-algebra library.
 
-use crate::C64;
-use faer::linalg::solvers::Solve;
-use faer::{Mat, Side};
+use faer::Mat;
 use std::ops::{Index, IndexMut};
 
 /// A real matrix, row-major, indexed `m[(row, column)]`.
@@ -31,6 +29,18 @@ pub enum DenseError {
     Singular {
         /// Number of rows.
         size: usize,
+    },
+    /// The sizes do not fit.
+    #[error(
+        "{what} has {found} numbers instead of {expected}: give a square matrix and one number for each row"
+    )]
+    Shape {
+        /// What does not fit.
+        what: &'static str,
+        /// How many numbers it has.
+        found: usize,
+        /// How many it must have.
+        expected: usize,
     },
     /// An eigenvalue iteration did not converge.
     #[error("the eigenvalue iteration of a {size} x {size} matrix did not converge")]
@@ -108,9 +118,13 @@ impl Matrix {
         Self::from_fn(self.columns, self.rows, |i, j| self[(j, i)])
     }
 
-    /// self * other; the inner sizes must agree.
+    /// self * other.
+    ///
+    /// # Panics
+    /// Unless `other` has as many rows as this has columns.
     #[must_use]
     pub fn product(&self, other: &Self) -> Self {
+        assert_eq!(self.columns, other.rows, "a product needs as many rows as columns");
         let mut out = Self::zeros(self.rows, other.columns);
         for i in 0..self.rows {
             for (k, &a) in self.row(i).iter().enumerate() {
@@ -124,26 +138,42 @@ impl Matrix {
     }
 
     /// self * vector.
+    ///
+    /// # Panics
+    /// Unless `vector` has as many numbers as this has columns.
     #[must_use]
     pub fn times(&self, vector: &[f64]) -> Vec<f64> {
+        assert_eq!(self.columns, vector.len(), "a vector needs one number for each column");
         (0..self.rows).map(|i| dot(self.row(i), vector)).collect()
     }
 
     /// vector' * self * vector.
+    ///
+    /// # Panics
+    /// Unless this is square, of the size of `vector`.
     #[must_use]
     pub fn quadratic(&self, vector: &[f64]) -> f64 {
+        assert_eq!(self.rows, vector.len(), "a quadratic form needs one number for each row");
         dot(&self.times(vector), vector)
     }
 
     /// self + factor * other.
+    ///
+    /// # Panics
+    /// Unless both have the same size.
     #[must_use]
     pub fn plus(&self, factor: f64, other: &Self) -> Self {
+        assert_eq!((self.rows, self.columns), (other.rows, other.columns), "a sum needs equal sizes");
         let data = self.data.iter().zip(&other.data).map(|(a, b)| a + factor * b).collect();
         Self { data, ..*self }
     }
 
     /// Adds v v' to a square matrix of the size of `v`.
+    ///
+    /// # Panics
+    /// Unless this is one.
     pub fn add_outer(&mut self, v: &[f64]) {
+        assert_eq!((self.rows, self.columns), (v.len(), v.len()), "v v' needs a square matrix of its size");
         for (row, a) in self.data.chunks_exact_mut(v.len().max(1)).zip(v) {
             for (to, b) in row.iter_mut().zip(v) {
                 *to += a * b;
@@ -160,17 +190,32 @@ impl Matrix {
     pub(crate) fn to_faer(&self) -> Mat<f64> {
         Mat::from_fn(self.rows, self.columns, |i, j| self[(i, j)])
     }
+
+    /// Fails unless this is square.
+    pub(crate) fn square(&self) -> Result<usize, DenseError> {
+        let (expected, found) = (self.rows * self.rows, self.data.len());
+        shape("a square matrix", found, expected).map(|()| self.rows)
+    }
+}
+
+/// Fails if there are not as many numbers as there must be.
+pub(crate) fn shape(what: &'static str, found: usize, expected: usize) -> Result<(), DenseError> {
+    if found == expected { Ok(()) } else { Err(DenseError::Shape { what, found, expected }) }
 }
 
 impl Index<(usize, usize)> for Matrix {
     type Output = f64;
+    #[inline]
     fn index(&self, (row, column): (usize, usize)) -> &f64 {
+        assert!(column < self.columns, "there is no column {column}: the matrix has {}", self.columns);
         &self.data[row * self.columns + column]
     }
 }
 
 impl IndexMut<(usize, usize)> for Matrix {
+    #[inline]
     fn index_mut(&mut self, (row, column): (usize, usize)) -> &mut f64 {
+        assert!(column < self.columns, "there is no column {column}: the matrix has {}", self.columns);
         &mut self.data[row * self.columns + column]
     }
 }
@@ -178,7 +223,7 @@ impl IndexMut<(usize, usize)> for Matrix {
 /// Linear interpolation in a table whose places ascend; constant beyond its ends.
 ///
 /// # Panics
-/// With fewer than two places.
+/// With fewer than two places, or fewer values than places.
 #[must_use]
 pub fn interpolate(places: &[f64], values: &[f64], x: f64) -> f64 {
     let upper = places.partition_point(|&p| p <= x).clamp(1, places.len() - 1);
@@ -187,198 +232,8 @@ pub fn interpolate(places: &[f64], values: &[f64], x: f64) -> f64 {
     values[upper - 1] + share * (values[upper] - values[upper - 1])
 }
 
-/// The scalar product.
+/// The scalar product; of two lengths, over the shorter one.
 #[must_use]
 pub fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(x, y)| x * y).sum()
-}
-
-/// Standard deviations of a least-squares fit: the square roots of the diagonal of (A'A)^-1, for a tall `a`.
-///
-/// By Householder QR, so the loss of digits is that of `a`, not of its square as with a Cholesky factor of
-/// A'A.
-///
-/// # Errors
-/// [`DenseError::Singular`] if the columns of `a` are dependent to rounding, or hold a NaN.
-pub fn least_squares_sd(a: &Matrix) -> Result<Vec<f64>, DenseError> {
-    let n = a.columns;
-    let singular = DenseError::Singular { size: n };
-    if a.rows < n || a.data.iter().any(|x| !x.is_finite()) {
-        return Err(singular);
-    }
-    let factor = a.to_faer().qr();
-    let r = factor.thin_R();
-    // Row sums of squares of R^-1, column by column of it, from the bottom up.
-    let mut sums = vec![0.0; n];
-    for j in 0..n {
-        let mut column = vec![0.0; n];
-        for i in (0..=j).rev() {
-            let known: f64 = (i + 1..=j).map(|k| r[(i, k)] * column[k]).sum();
-            column[i] = (f64::from(u8::from(i == j)) - known) / r[(i, i)];
-            sums[i] += column[i] * column[i];
-        }
-    }
-    if sums.iter().all(|s| s.is_finite()) {
-        Ok(sums.into_iter().map(f64::sqrt).collect())
-    } else {
-        Err(singular)
-    }
-}
-
-/// The unit vector x for which |A x| is least: the right singular vector of the smallest singular value.
-///
-/// # Errors
-/// [`DenseError::NoEigenvalues`] as for a NaN; [`DenseError::Singular`] if x is not unique, having too few
-/// rows.
-pub fn least_direction(a: &Matrix) -> Result<Vec<f64>, DenseError> {
-    let n = a.columns;
-    if a.rows < n || n == 0 {
-        return Err(DenseError::Singular { size: n });
-    } else if a.data.iter().any(|x| !x.is_finite()) {
-        return Err(DenseError::NoEigenvalues { size: n });
-    }
-    let svd = a.to_faer().thin_svd().map_err(|_| DenseError::NoEigenvalues { size: n })?;
-    Ok((0..n).map(|i| svd.V()[(i, n - 1)]).collect())
-}
-
-/// Solution of A x = b for a general square `a`, by LU with partial pivoting.
-///
-/// # Errors
-/// [`DenseError::Singular`] if the solution is not finite.
-pub fn lu_solve(a: &Matrix, b: &[f64]) -> Result<Vec<f64>, DenseError> {
-    let x = a.to_faer().partial_piv_lu().solve(Mat::from_fn(b.len(), 1, |i, _| b[i]));
-    let x: Vec<f64> = (0..b.len()).map(|i| x[(i, 0)]).collect();
-    if x.iter().all(|v| v.is_finite()) { Ok(x) } else { Err(DenseError::Singular { size: a.rows }) }
-}
-
-/// Solution of A x = b for a complex square matrix given row by row.
-///
-/// # Errors
-/// [`DenseError::Singular`] if the solution is not finite.
-pub fn complex_lu_solve(a: &[C64], b: &[C64]) -> Result<Vec<C64>, DenseError> {
-    let n = b.len();
-    let x = Mat::from_fn(n, n, |i, j| a[i * n + j]).partial_piv_lu().solve(Mat::from_fn(n, 1, |i, _| b[i]));
-    let x: Vec<C64> = (0..n).map(|i| x[(i, 0)]).collect();
-    if x.iter().all(|v| v.is_finite()) { Ok(x) } else { Err(DenseError::Singular { size: n }) }
-}
-
-/// Eigenvalues of a complex square matrix of `size` rows, given row by row; in no particular order.
-///
-/// # Errors
-/// [`DenseError::NoEigenvalues`] if the iteration fails, as it does for a NaN.
-pub fn complex_eigenvalues(a: &[C64], size: usize) -> Result<Vec<C64>, DenseError> {
-    let failed = DenseError::NoEigenvalues { size };
-    if a.iter().any(|z| !z.is_finite()) {
-        return Err(failed);
-    }
-    Mat::from_fn(size, size, |i, j| a[i * size + j]).eigenvalues().map_err(|_| failed)
-}
-
-/// The principal directions of a covariance, the one with the largest variance first: variances, those below
-/// zero by rounding as zero, and unit vectors.
-///
-/// # Errors
-/// As [`symmetric_eigen`].
-pub fn principal_directions(covariance: &Matrix) -> Result<Vec<(f64, Vec<f64>)>, DenseError> {
-    let (values, vectors) = symmetric_eigen(covariance)?;
-    let n = values.len();
-    let direction = |k: usize| (values[k].max(0.0), (0..n).map(|i| vectors[(i, k)]).collect());
-    Ok((0..n).rev().map(direction).collect())
-}
-
-/// Eigenvalues in ascending order and orthonormal eigenvectors (as columns) of a symmetric matrix.
-///
-/// # Errors
-/// [`DenseError::NoEigenvalues`] if the iteration fails, as it does for a NaN.
-pub fn symmetric_eigen(a: &Matrix) -> Result<(Vec<f64>, Matrix), DenseError> {
-    let failed = DenseError::NoEigenvalues { size: a.rows };
-    if a.data.iter().any(|x| !x.is_finite()) {
-        return Err(failed);
-    }
-    let eigen = a.to_faer().self_adjoint_eigen(Side::Lower).map_err(|_| failed)?;
-    let (values, vectors) = (eigen.S(), eigen.U());
-    let values = (0..a.rows).map(|i| values.column_vector()[i]).collect();
-    Ok((values, Matrix::from_fn(a.rows, a.rows, |i, j| vectors[(i, j)])))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::Cholesky;
-    use approx::assert_relative_eq;
-
-    fn spd() -> Matrix {
-        let b = Matrix::from_fn(4, 4, |i, j| ((3 * i + 5 * j) % 7) as f64 - 2.0);
-        b.product(&b.transpose()).plus(1.0, &Matrix::identity(4))
-    }
-
-    #[test]
-    fn exact_cholesky_rebuilds_solves_and_whitens() {
-        let a = spd();
-        let factor = Cholesky::new(&a).unwrap();
-        let rebuilt = factor.lower().product(&factor.lower().transpose());
-        let x = [0.3, -1.0, 2.0, 0.7];
-        let back = factor.solve(&a.times(&x));
-        let inverse = factor.inverse();
-        for i in 0..4 {
-            assert_relative_eq!(back[i], x[i], epsilon = 1e-12);
-            for j in 0..4 {
-                assert_relative_eq!(rebuilt[(i, j)], a[(i, j)], epsilon = 1e-12);
-            }
-        }
-        let white = factor.whiten(&x);
-        assert_relative_eq!(white.iter().map(|v| v * v).sum::<f64>(), inverse.quadratic(&x), epsilon = 1e-12);
-        let (values, _) = symmetric_eigen(&a).unwrap();
-        assert_relative_eq!(values.iter().map(|v| v.ln()).sum::<f64>(), factor.ln_det(), epsilon = 1e-12);
-    }
-
-    #[test]
-    fn exact_least_squares_sd_where_the_normal_matrix_is_singular() {
-        // Columns (1, e, 0) and (1, 0, e): A'A = [[1 + e^2, 1], [1, 1 + e^2]], whose inverse has the diagonal
-        // (1 + e^2) / (2 e^2 + e^4); with e = 1e-9 the matrix itself is singular in double precision.
-        let e = 1e-9;
-        let a = Matrix::from_fn(3, 2, |i, j| if i == 0 { 1.0 } else { e * f64::from(u8::from(i == j + 1)) });
-        assert!(Cholesky::new(&a.transpose().product(&a)).is_err());
-        for sd in least_squares_sd(&a).unwrap() {
-            assert_relative_eq!(sd, 0.5_f64.sqrt() / e, max_relative = 1e-6);
-        }
-        assert!(least_squares_sd(&Matrix::from_fn(3, 2, |_, _| 0.0)).is_err());
-    }
-
-    #[test]
-    fn exact_least_direction_keeps_digits_that_the_normal_matrix_loses() {
-        // Columns (1, 1, e), (1, 1, -e), (0, 1, 0): the smallest singular value, about e, belongs to (1, -1,
-        // 0).
-        let e = 1e-10;
-        let a =
-            Matrix::from_fn(4, 3, |i, j| [[1.0, 1.0, 0.0], [1.0, 1.0, 1.0], [e, -e, 0.0], [0.0; 3]][i][j]);
-        let x = least_direction(&a).unwrap();
-        assert_relative_eq!(x[0].abs(), 0.5_f64.sqrt(), epsilon = 1e-12);
-        assert_relative_eq!(x[0], -x[1], epsilon = 1e-12);
-        assert_relative_eq!(x[2], 0.0, epsilon = 1e-12);
-        assert!(least_direction(&a.transpose()).is_err());
-    }
-
-    #[test]
-    fn exact_complex_eigenvalues_of_a_companion_matrix() {
-        // z^2 - (3 + i) z + (2 + 2i) has the roots 2 and 1 + i.
-        let a = [C64::new(3.0, 1.0), C64::new(-2.0, -2.0), C64::ONE, C64::ZERO];
-        let mut roots = complex_eigenvalues(&a, 2).unwrap();
-        roots.sort_by(|p, q| p.re.total_cmp(&q.re));
-        assert_relative_eq!((roots[0] - C64::new(1.0, 1.0)).norm(), 0.0, epsilon = 1e-13);
-        assert_relative_eq!((roots[1] - C64::new(2.0, 0.0)).norm(), 0.0, epsilon = 1e-13);
-    }
-
-    #[test]
-    fn exact_singular_and_indefinite_are_errors() {
-        let flat = Matrix::from_fn(2, 2, |_, _| 1.0);
-        assert!(matches!(lu_solve(&flat, &[1.0, 2.0]), Err(DenseError::Singular { size: 2 })));
-        let indefinite = Matrix::diagonal(&[1.0, -1.0]);
-        assert!(matches!(Cholesky::new(&indefinite), Err(DenseError::NotPositiveDefinite { pivot: 1, .. })));
-        assert!(symmetric_eigen(&Matrix::diagonal(&[1.0, f64::NAN])).is_err());
-        let directions = principal_directions(&Matrix::diagonal(&[2.0, -1e-18, 5.0])).unwrap();
-        let variances: Vec<f64> = directions.iter().map(|d| d.0).collect();
-        assert_eq!(variances, [5.0, 2.0, 0.0]);
-        assert_eq!(directions[0].1.iter().map(|v| v.abs()).collect::<Vec<_>>(), [0.0, 0.0, 1.0]);
-    }
 }

@@ -187,8 +187,16 @@ impl Jet {
     /// Hyperbolic tangent.
     #[must_use]
     pub fn tanh(&self) -> Self {
-        let t = self.value.tanh();
-        let slope = 1.0 - t * t;
+        const FAR: f64 = 20.0; // from overflow of the one, and from rounding of the other
+        let (t, slope) = if self.value.re.abs() < FAR {
+            let t = self.value.tanh();
+            (t, 1.0 - t * t)
+        } else {
+            let sign = self.value.re.signum();
+            let small = (-2.0 * sign * self.value).exp();
+            let over = (1.0 + small).inv();
+            (sign * (1.0 - small) * over, 4.0 * small * over * over)
+        };
         self.compose(t, slope, -2.0 * t * slope)
     }
 
@@ -371,6 +379,15 @@ mod tests {
         };
         slopes_near(&remainder_slopes(|h| (at(h) - first * h).norm()), 2.0, 0.05);
         slopes_near(&remainder_slopes(|h| (at(h) - first * h - second * h * h).norm()), 3.0, 0.05);
+    }
+
+    #[test]
+    fn exact_tanh_far_out_is_one() {
+        for x in [19.0, 21.0, 1e5, -1e5] {
+            let jet = JetSpace::new(1, Order::Second).seed(0, C64::new(x, 0.3)).tanh();
+            let [off, slope] = [jet.value() - x.signum(), jet.gradient()[0]];
+            assert!(off.norm() < 1e-15 && slope.norm() < 1e-15, "{off} {slope}");
+        }
     }
 
     #[test]

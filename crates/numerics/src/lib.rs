@@ -16,6 +16,7 @@ mod product;
 mod range;
 pub mod rational;
 mod routh;
+mod solvers;
 pub mod special;
 mod streams;
 pub mod tails;
@@ -26,10 +27,7 @@ pub mod words;
 
 pub use cholesky::{Cholesky, forward};
 pub use complex_dual::ComplexDual;
-pub use dense::{
-    DenseError, Matrix, complex_eigenvalues, complex_lu_solve, dot, interpolate, least_direction,
-    least_squares_sd, lu_solve, principal_directions, symmetric_eigen,
-};
+pub use dense::{DenseError, Matrix, dot, interpolate};
 pub use failure::{Blame, Classify, Failed};
 pub use field::{GridField, Lines, Zero};
 pub use files::{LARGEST_TEXT, Unreadable, open_file, read_bytes, read_text};
@@ -46,3 +44,7 @@ pub use whole::{write_through, write_whole};
 
 /// A complex number in double precision.
 pub type C64 = num_complex::Complex<f64>;
+pub use solvers::{
+    complex_eigenvalues, complex_lu_solve, least_direction, least_squares_sd, lu_solve, principal_directions,
+    symmetric_eigen,
+};

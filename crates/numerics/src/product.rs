@@ -9,9 +9,13 @@ use faer::{Accum, MatMut, MatRef, Par};
 const ROWS: usize = 512;
 
 impl Matrix {
-    /// self' diag(weights) self, for as many weights as rows; rows of weight zero cost nothing.
+    /// self' diag(weights) self; rows of weight zero cost nothing.
+    ///
+    /// # Panics
+    /// Unless there are as many weights as rows.
     #[must_use]
     pub fn weighted_gram(&self, weights: &[f64]) -> Self {
+        assert_eq!(weights.len(), self.rows(), "one weight for each row");
         let q = self.columns();
         let mut out = Self::zeros(q, q);
         if q == 0 {
@@ -38,9 +42,13 @@ impl Matrix {
         out
     }
 
-    /// self' diag(weights) other, for as many weights as rows.
+    /// self' diag(weights) other.
+    ///
+    /// # Panics
+    /// Unless there are as many weights as rows, and as many rows of `other`.
     #[must_use]
     pub fn weighted_product(&self, weights: &[f64], other: &Self) -> Self {
+        assert_eq!((weights.len(), other.rows()), (self.rows(), self.rows()), "one weight for each row");
         let (q, p) = (self.columns(), other.columns());
         let mut out = Self::zeros(q, p);
         if q == 0 || p == 0 {
@@ -64,8 +72,12 @@ impl Matrix {
     }
 
     /// self * other, as [`Matrix::product`], for large matrices.
+    ///
+    /// # Panics
+    /// Unless `other` has as many rows as this has columns.
     #[must_use]
     pub fn large_product(&self, other: &Self) -> Self {
+        assert_eq!(self.columns(), other.rows(), "a product needs as many rows as columns");
         let mut out = Self::zeros(self.rows(), other.columns());
         let (n, q, p) = (self.rows(), self.columns(), other.columns());
         if q == 0 || p == 0 {

@@ -164,7 +164,8 @@ pub(crate) fn rank(
     let data = measured(data)?;
     let streams = Streams::new(seed);
     let options =
-        AssessOptions { random_starts: starts, draws: importance, streams, ..AssessOptions::default() };
+        // The deviations are widened below.
+        AssessOptions { random_starts: starts, draws: importance, few_data: false, streams, ..AssessOptions::default() };
     let (mut entries, mut found) = (Vec::new(), Vec::new());
     for (done, own) in models.iter().enumerate() {
         progress.call1(py, (done, models.len(), &own.name))?;

@@ -236,6 +236,9 @@ impl Training<'_> {
                 .map(|fit| fit.parameters.clone())
                 .chain(self.starts.iter().cloned())
                 .collect(),
+            // A stage judges the residuals itself.
+            goodness_of_fit: false,
+            few_data: false,
             ..AssessOptions::default()
         };
         options.most_starts += 2 * self.starts.len();

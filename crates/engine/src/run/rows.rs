@@ -281,6 +281,9 @@ impl Run {
             // One stream per candidate: a further row must not change the others.
             streams: Streams::new(u64::from_le_bytes(*b"evidence")),
             sampler,
+            // A stage judges the residuals and widens the deviations itself.
+            goodness_of_fit: false,
+            few_data: false,
             ..AssessOptions::default()
         };
         let checks = match trusted {

@@ -49,7 +49,8 @@ impl BaseState {
     /// only error (0 for none).
     ///
     /// # Errors
-    /// [`FlowError::Temperature`] or [`FlowError::Profile`] for a value that is not positive.
+    /// [`FlowError::Temperature`] or [`FlowError::Profile`] for a value that is not positive,
+    /// [`FlowError::Setting`] for a standard deviation that is negative or not finite.
     pub fn uniform(
         gas: &Gas,
         pressure: f64,
@@ -57,6 +58,10 @@ impl BaseState {
         temperature: f64,
         temperature_sd: f64,
     ) -> Result<Self, FlowError> {
+        if !(temperature_sd >= 0.0 && temperature_sd.is_finite()) {
+            let (name, must) = ("temperature_sd", "zero or more, in kelvin, and finite");
+            return Err(FlowError::Setting { name, value: temperature_sd, must });
+        }
         let errors = if temperature_sd > 0.0 {
             vec![ErrorComponent {
                 cause: "ambient temperature".into(),
@@ -219,6 +224,15 @@ mod tests {
         state.errors[0].temperature = vec![0.1, 0.1, 1.0, 0.5];
         state.mass_flux = 0.3;
         state.checked().unwrap()
+    }
+
+    #[test]
+    fn message_an_error_that_is_none_is_refused() {
+        for sd in [-0.1, f64::NAN, f64::INFINITY] {
+            let found = BaseState::uniform(&Gas::air(), 101_325.0, 1.0, 293.15, sd);
+            let words = found.unwrap_err().to_string();
+            assert!(words.starts_with("temperature_sd = ") && words.contains("zero or more"), "{words}");
+        }
     }
 
     #[test]

@@ -28,9 +28,9 @@ impl<N: Copy> March<N> {
 #[derive(Clone, Copy, Debug)]
 pub struct Drive<N> {
     /// Power released by the heater, W.
-    pub(crate) released: N,
+    pub released: N,
     /// Ambient temperature, K.
-    pub(crate) ambient: N,
+    pub ambient: N,
 }
 
 /// (1 - e^{-z})/z and (z - 1 + e^{-z})/z^2 for z >= 0, without cancellation.

@@ -63,9 +63,19 @@ impl Pipe {
     ///
     /// # Errors
     /// [`FlowError::Heater`] if the heater does not fit into the tube, [`FlowError::Closure`] for a closure
-    /// out of range.
+    /// out of range, [`FlowError::Setting`] for a length, a diameter, a wall or a pressure that is not
+    /// positive.
     pub fn new(rig: &TubeRig, closures: &Closures, heater: f64, refinement: u32) -> Result<Self, FlowError> {
         check(closures)?;
+        let sizes = [
+            ("length", rig.tube.length),
+            ("inner_diameter", rig.tube.inner_diameter),
+            ("wall_thickness", rig.tube.wall_thickness),
+            ("pressure", rig.pressure),
+        ];
+        if let Some(&(name, value)) = sizes.iter().find(|(_, v)| !(*v > 0.0 && v.is_finite())) {
+            return Err(FlowError::Setting { name, value, must: "positive and finite, in SI units" });
+        }
         let (length, half) = (rig.tube.length, 0.5 * rig.plates.length());
         if !(heater > half && heater < length - half) {
             return Err(FlowError::Heater { position: heater, low: half, high: length - half });
@@ -191,6 +201,11 @@ fn check(closures: &Closures) -> Result<(), FlowError> {
     if let Some((&(name, value), need)) = bad {
         return Err(FlowError::Closure { name, value, need });
     }
+    let shares =
+        [("wire_share", c.wire_share), ("emissivity", c.emissivity), ("radiated_share", c.radiated_share)];
+    if let Some(&(name, value)) = shares.iter().find(|(_, v)| *v > 1.0) {
+        return Err(FlowError::Closure { name, value, need: "at most 1" });
+    }
     // Infinite for no boundary layer at the wall.
     let (name, value, need) = ("pulse_frequency", c.pulse_frequency, "positive");
     if value > 0.0 { Ok(()) } else { Err(FlowError::Closure { name, value, need }) }
@@ -300,9 +315,22 @@ mod tests {
             (Closures { wire_share: f64::INFINITY, ..default() }, "wire_share"),
             (Closures { mounts: [0.1, f64::NAN], ..default() }, "mounts"),
             (Closures { pulse_frequency: 0.0, ..default() }, "pulse_frequency"),
+            (Closures { emissivity: 5.0, ..default() }, "emissivity"),
+            (Closures { wire_share: 2.0, ..default() }, "wire_share"),
         ] {
             let refused = Pipe::new(&TubeRig::juniper_yoko_2022(), &bad, 0.25, 1).map(|_| ());
             assert!(refused.unwrap_err().to_string().starts_with(&format!("the closure {name} is ")));
+        }
+        for (change, name) in [
+            ((|t| t.inner_diameter = 0.0) as fn(&mut crate::Tube), "inner_diameter"),
+            (|t| t.inner_diameter = f64::NAN, "inner_diameter"),
+            (|t| t.inner_diameter = -0.05, "inner_diameter"),
+            (|t| t.wall_thickness = 0.0, "wall_thickness"),
+        ] {
+            let mut rig = TubeRig::juniper_yoko_2022();
+            change(&mut rig.tube);
+            let words = Pipe::new(&rig, &default(), 0.25, 1).map(|_| ()).unwrap_err().to_string();
+            assert!(words.starts_with(&format!("{name} = ")), "{words}");
         }
         let no_layer = Closures { pulse_frequency: f64::INFINITY, ..default() };
         assert!(Pipe::new(&TubeRig::juniper_yoko_2022(), &no_layer, 0.25, 1).is_ok());

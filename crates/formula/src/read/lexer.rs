@@ -45,8 +45,11 @@ pub(crate) fn tokens(source: &str) -> Outcome<Vec<Token<'_>>> {
             while preceded(multispace0::<_, ContextError>, token).parse_next(&mut rest).is_ok() {
                 at = rest.current_token_start();
             }
-            let start = source[at..].find(|c: char| !c.is_whitespace()).map_or(at, |skip| at + skip);
-            Err((start, FormulaProblem::Character(source[start..].chars().next().unwrap_or(' '))))
+            let blank = |c: char| matches!(c, ' ' | '\t' | '\r' | '\n');
+            let start = source[at..].find(|c: char| !blank(c)).map_or(at, |skip| at + skip);
+            let first = source[start..].chars().next().unwrap_or(' ');
+            let broken = first.is_ascii_digit();
+            Err((start, if broken { FormulaProblem::BrokenNumber } else { FormulaProblem::Character(first) }))
         }
     }
 }

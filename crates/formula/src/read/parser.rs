@@ -167,6 +167,9 @@ impl<'a> Parser<'a, '_> {
         if let Some((_, constant)) = CONSTANTS.iter().find(|(n, _)| *n == name) {
             return Ok(Tree::Number(*constant));
         }
+        if FUNCTIONS.iter().any(|(n, _)| *n == name) {
+            return Err((at, FormulaProblem::FunctionAlone { name: name.to_owned() }));
+        }
         let known = parameters.iter().map(String::as_str);
         let known = known.chain(self.before.iter().map(|d| d.name));
         let here = scope.names().iter().enumerate().filter(|(index, _)| here(*index));

@@ -30,8 +30,17 @@ impl FormulaError {
 #[non_exhaustive]
 pub enum FormulaProblem {
     /// A character that no formula contains.
-    #[error("there is no `{0}` in formulas: known are + - * / ^, brackets, commas, numbers and names")]
+    #[error("{} has no place in formulas: known are + - * / ^, brackets, commas, numbers and names", shown(*.0))]
     Character(char),
+    /// A number that breaks off.
+    #[error("this number is not complete: write it as 2, 2.5 or 2.5e-3")]
+    BrokenNumber,
+    /// A function without its argument.
+    #[error("`{name}` is a function: give its argument in parentheses, as in {name}(s)")]
+    FunctionAlone {
+        /// Its name.
+        name: String,
+    },
     /// An operand is missing.
     #[error("a number, a name or an opening parenthesis is missing here")]
     MissingOperand,
@@ -131,4 +140,13 @@ pub(crate) type Outcome<T> = Result<T, (usize, FormulaProblem)>;
 
 fn hint(suggestion: Option<&str>) -> String {
     suggestion.map(|s| format!("did you mean `{s}`? ")).unwrap_or_default()
+}
+
+/// A character as people see it, or its number if they do not.
+fn shown(c: char) -> String {
+    if c.is_whitespace() || c.is_control() {
+        format!("the invisible character U+{:04X}", u32::from(c))
+    } else {
+        format!("`{c}`")
+    }
 }

@@ -6,6 +6,7 @@ use crate::density::{Gaussian, TrustRegion};
 use crate::error::InferenceError;
 use crate::evidence::{Evidence, Laplace};
 use crate::fit::{Fit, Posterior};
+use crate::linearised::Few;
 use crate::maxima::{Breadth, Maximum, Scan, Sorted, Terrain, explore, further_maxima, sorted};
 use crate::problem::{Data, Forward, Parameters};
 use crate::sample::{LikelihoodTarget, SamplerKind, Target, Verdict, weighed};
@@ -26,12 +27,19 @@ pub struct AssessOptions {
     pub random_starts: usize,
     /// Size of that sample, an evaluation of the model each.
     pub screened: usize,
-    /// Most searches, of all kinds together.
+    /// Most searches. Those from the images to which an alias leads are not counted.
     pub most_starts: usize,
     /// Model calls spent on the importance-sampled evidence; zero leaves it out, and says so in the row.
     pub draws: usize,
     /// A slow method to compare the evidence with, and its statistical error, nats.
     pub sampler: Option<(SamplerKind, f64)>,
+    /// Whether to warn of a model that misses the data ([`Health::chi_squared`]). False for a caller who
+    /// judges the residuals.
+    pub goodness_of_fit: bool,
+    /// Whether to find what few data leave unknown of a noise that floats ([`Assessment::few`]), and to warn
+    /// where Laplace's standard deviations are too small by a tenth. False for a caller who widens them
+    /// ([`crate::Linearised::few`]).
+    pub few_data: bool,
     /// Random streams of starts and draws.
     pub streams: Streams,
 }
@@ -41,8 +49,12 @@ pub struct AssessOptions {
 pub struct Assessment {
     /// The best maximum found: the one with the most evidence.
     pub fit: Fit,
-    /// Laplace's method there, or why it does not apply.
+    /// Laplace's method there, or why it does not apply. Its standard deviations take a noise that floats for
+    /// known: those of [`Assessment::sd`] do not.
     pub laplace: Result<Laplace, String>,
+    /// What few data leave unknown of noises that float; nothing if none floats, if it was not asked for, or
+    /// if there are more than 2000 data.
+    pub few: Option<Few>,
     /// The evidence summed over all maxima: the number to rank by. Its best-fit likelihood is that of the
     /// best maximum; what the others add is in the Occam factor, as prior volume that survives the data.
     /// Equal to that of `laplace` if there is one maximum.
@@ -66,8 +78,24 @@ impl Default for AssessOptions {
             most_starts: 32,
             draws: 256,
             sampler: None,
+            goodness_of_fit: true,
+            few_data: true,
             streams: Streams::new(1),
         }
+    }
+}
+
+impl Assessment {
+    /// Posterior standard deviation of each physical parameter at the best maximum: that of
+    /// [`Laplace::sd`], wider by what few data leave unknown of noises that float, so that two of them hold
+    /// the truth with 95 %. Nothing where Laplace's method does not apply.
+    #[must_use]
+    pub fn sd(&self) -> Option<Vec<f64>> {
+        let mut sds = self.laplace.as_ref().ok()?.sd();
+        if let Some(few) = &self.few {
+            sds.iter_mut().zip(&few.parameters).for_each(|(sd, factor)| *sd *= factor);
+        }
+        Some(sds)
     }
 }
 
@@ -101,9 +129,17 @@ impl Posterior<'_> {
     /// doubled priors cost no call.
     ///
     /// # Errors
-    /// Errors that are not recoverable, and the failure of the first start if the model fails at all of them.
-    /// A model that was fitted but cannot be trusted is an [`Assessment`] with warnings.
+    /// [`InferenceError::StartSize`] and [`InferenceError::BadName`] for starts and scans of other
+    /// parameters; errors that are not recoverable, and the failure of the first start if the model fails at
+    /// all of them. A model that was fitted but cannot be trusted is an [`Assessment`] with warnings.
     pub fn assess(&self, options: &AssessOptions) -> Result<Assessment, InferenceError> {
+        let expected = self.parameters().len();
+        if let Some(start) = options.starts.iter().find(|start| start.len() != expected) {
+            return Err(InferenceError::StartSize { found: start.len(), expected });
+        }
+        for scan in &options.scans {
+            self.parameters().place(&scan.parameter)?;
+        }
         let terrain = Terrain { posterior: self, search: options.search, streams: options.streams };
         let (scanned, calls) = self.scanned(&options.scans, options.streams);
         let mut breadth = options.breadth();
@@ -114,18 +150,23 @@ impl Posterior<'_> {
         let mut health = Health::of_search(&found);
         let Sorted { maxima, proposal, modes, evidence } = sorted(self.parameters(), found);
         (health.other_modes, health.share) = (modes, maxima[0].share);
-        let (fit, laplace) = (maxima[0].fit.clone(), maxima[0].laplace.clone());
+        let (mut fit, laplace) = (maxima[0].fit.clone(), maxima[0].laplace.clone());
         if let (Ok(laplace), Some(evidence)) = (&laplace, &evidence) {
             health.warnings.extend(further_maxima(&health.other_modes));
             self.examine(&fit, laplace, evidence, &proposal, options, &mut health)?;
         }
         self.warn_of_fit(&fit, &mut health);
+        if options.goodness_of_fit {
+            self.warn_of_misfit(&fit, &mut health)?;
+        }
+        let few = laplace.as_ref().ok().filter(|_| options.few_data);
+        let few = few.and_then(|laplace| self.few(&mut fit, laplace, &mut health));
         let evidence = match (&laplace, evidence) {
             (Ok(_), Some(evidence)) => health.refused(&evidence).map_or(Ok(evidence), Err),
             (Err(reason), _) => Err(reason.clone()),
             (Ok(laplace), None) => Ok(laplace.evidence),
         };
-        Ok(Assessment { fit, laplace, evidence, maxima, health })
+        Ok(Assessment { fit, laplace, few, evidence, maxima, health })
     }
 
     fn examine(

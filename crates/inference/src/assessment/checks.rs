@@ -63,7 +63,7 @@ impl Posterior<'_> {
     /// How many parameters the data determine: the trace of H^-1 (H - P), with H the Hessian of the cost and
     /// P that of the prior's share. A parameter that stays as its prior counts nothing. All of them where H
     /// has no inverse.
-    fn told(&self, fit: &Fit) -> f64 {
+    pub(super) fn told(&self, fit: &Fit) -> f64 {
         let p = self.parameters().len();
         let own = Matrix::from_fn(p, p, |i, j| fit.search_hessian[(i, j)]);
         let found = || {

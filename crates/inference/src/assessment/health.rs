@@ -2,9 +2,23 @@
 
 use crate::density::Calls;
 use crate::evidence::{Conflict, Evidence};
-use crate::maxima::{Explored, OtherMaximum};
+use crate::maxima::{Explored, Open, OtherMaximum};
 use crate::sample::{Importance, Verdict};
 use serde::{Deserialize, Serialize};
+
+/// How far the data lie from the best prediction, in the noise of the fit.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ChiSquared {
+    /// r' C^-1 r of all data.
+    pub value: f64,
+    /// Degrees of freedom: the number of data, less the parameters that they determine if no noise is
+    /// estimated. An estimated noise adjusts itself to the residuals, so that nothing but its floor can be
+    /// exceeded, and all data count.
+    pub freedom: usize,
+    /// How many standard deviations of a normal number are as improbable; `value` far below `freedom` counts
+    /// as none.
+    pub sds: f64,
+}
 
 /// What the checks of one evidence found.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -35,8 +49,11 @@ pub struct Health {
     /// How far the posterior lies from the priors; [`Conflict::warnings`] says where it is too far.
     #[serde(default)]
     pub conflict: Conflict,
-    /// Reasons not to trust the evidence, in words with numbers; empty means trusted. They judge the numbers
-    /// and not the model: whether it describes the data is for chi-squared and residuals to say.
+    /// How far the data lie from the model, if it was asked for.
+    #[serde(default)]
+    pub chi_squared: Option<ChiSquared>,
+    /// Reasons not to trust the evidence, the standard deviations or the model, in words with numbers; empty
+    /// means trusted.
     pub warnings: Vec<String>,
     /// Calls of the model spent on fits (all starts) and on draws.
     pub calls: Calls,
@@ -52,8 +69,22 @@ impl Health {
     pub(crate) fn of_search(found: &Explored) -> Self {
         let mut health =
             Self { starts: found.starts, failed_starts: found.failed, calls: found.calls, ..Self::default() };
-        if found.open {
-            health.warnings.push(format!("new maxima were still found after {} starts", found.starts));
+        if let Some(open) = found.open {
+            let (starts, count) = (found.starts, found.peaks.len());
+            let found = match open {
+                Open::StillFound => format!("new maxima were still found after {starts} starts"),
+                Open::FewStarts => {
+                    format!("{starts} starts are too few to find all maxima, where {count} are known")
+                }
+                Open::ManyImages => {
+                    format!("aliases lead to more maxima than the {count} that were looked at")
+                }
+            };
+            let remedy = match open {
+                Open::ManyImages => "Narrow the prior of the parameter that repeats itself",
+                _ => "Allow more starts, or declare the step by which a parameter repeats itself",
+            };
+            health.warnings.push(format!("{found}: the evidence may be too low. {remedy}"));
         }
         health
     }

@@ -6,8 +6,9 @@
 mod assess;
 mod checks;
 mod health;
+mod judged;
 mod record;
 
 pub use assess::{AssessOptions, Assessment, assess};
-pub use health::Health;
+pub use health::{ChiSquared, Health};
 pub use record::{Draws, InferenceRecord, ParameterRecord};

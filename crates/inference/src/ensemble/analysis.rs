@@ -40,13 +40,18 @@ impl Ensemble {
     ///
     /// # Errors
     /// [`EnsembleError::Shape`] if the lists do not fit, [`EnsembleError::Dense`] if the noise is not
-    /// positive definite, [`EnsembleError::NotFinite`] if a prediction is not finite.
+    /// positive definite, [`EnsembleError::NotFinite`] if a prediction or a member is not finite,
+    /// [`EnsembleError::Datum`] if a datum is not.
     pub fn analyse(
         &mut self,
         observed: &EnsembleData<'_>,
         scheme: Scheme,
         stream: &mut Stream,
     ) -> Result<Innovation, EnsembleError> {
+        if let Some(k) = self.members.as_slice().iter().position(|v| !v.is_finite()) {
+            let columns = self.members.columns();
+            return Err(EnsembleError::NotFinite { member: k / columns, variable: k % columns });
+        }
         let white = White::new(self.size(), observed)?;
         let gain = Gain::new(&white.anomalies)?;
         let innovation = white.innovation(&gain, observed);

@@ -28,6 +28,14 @@ pub enum EnsembleError {
         /// Its place in the list.
         datum: usize,
     },
+    /// A variance that is negative or not a number.
+    #[error("variance {place} is {value}: give one that is at least zero and finite")]
+    Variance {
+        /// Its place in the list.
+        place: usize,
+        /// Its value.
+        value: f64,
+    },
     /// Lists that do not fit together.
     #[error("{what}: expected {expected}, got {got}")]
     Shape {

@@ -14,7 +14,8 @@ use rijke_numerics::{Matrix, Stream};
 /// 95 % to about 40 %. Columns of `against` that depend on the others to `tolerance` (relative) are left out.
 ///
 /// # Errors
-/// [`EnsembleError::TooFewMembers`] unless the members outnumber 1 + the independent columns + the variances.
+/// [`EnsembleError::TooFewMembers`] unless the members outnumber 1 + the independent columns + the variances;
+/// [`EnsembleError::Variance`] and [`EnsembleError::NotFinite`] for numbers that are none.
 pub fn orthogonal_forcing(
     against: &Matrix,
     variances: &[f64],
@@ -22,6 +23,14 @@ pub fn orthogonal_forcing(
     stream: &mut Stream,
 ) -> Result<Matrix, EnsembleError> {
     let members = against.rows();
+    let negative = |v: &f64| !(*v >= 0.0 && v.is_finite());
+    if let Some(place) = variances.iter().position(negative) {
+        return Err(EnsembleError::Variance { place, value: variances[place] });
+    }
+    if let Some(k) = against.as_slice().iter().position(|v| !v.is_finite()) {
+        let columns = against.columns();
+        return Err(EnsembleError::NotFinite { member: k / columns, variable: k % columns });
+    }
     let mut basis: Vec<Vec<f64>> = vec![vec![1.0 / (members as f64).sqrt(); members]];
     for j in 0..against.columns() {
         let column: Vec<f64> = (0..members).map(|i| against[(i, j)]).collect();

@@ -53,7 +53,9 @@ pub fn smooth<E: std::fmt::Display + Send>(
     model: impl Fn(&[f64]) -> Result<Vec<f64>, E> + Sync,
 ) -> Result<Smoothed, EnsembleError> {
     let sum: f64 = smoother.coefficients.iter().map(|a| 1.0 / a).sum();
-    if (sum - 1.0).abs() > 1e-9 || smoother.coefficients.iter().any(|a| *a < 1.0) {
+    // A NaN is none of both.
+    let sound = (sum - 1.0).abs() <= 1e-9 && smoother.coefficients.iter().all(|a| *a >= 1.0);
+    if !sound {
         return Err(EnsembleError::Coefficients { sum });
     }
     let mut ensemble = prior;

@@ -54,9 +54,10 @@ pub struct NoiseEstimate {
     /// True if the data chose it.
     pub floats: bool,
     /// What few data leave unknown of it ([`crate::Few`]): the factor on its variance, and the variance of
-    /// the logarithm of that.
-    #[serde(default = "NoiseEstimate::known")]
-    pub few: [f64; 2],
+    /// the logarithm of that. Nothing until it was found: [`Posterior::assess`] does so, a fit alone does
+    /// not.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub few: Option<[f64; 2]>,
 }
 
 /// Shares of the variance of the floor from which a noise begins again.
@@ -65,11 +66,13 @@ const REGROWN: [f64; 3] = [0.1, 1.0, 0.01];
 const SHORT: f64 = 0.1;
 
 impl NoiseEstimate {
-    /// The [`few`](Self::few) of a noise of which nothing is unknown.
+    /// The [`few`](Self::few) of a noise of which nothing is unknown, such as one that was stated.
     pub const KNOWN: [f64; 2] = [1.0, 0.0];
 
-    fn known() -> [f64; 2] {
-        Self::KNOWN
+    /// [`few`](Self::few), or that of a noise of which nothing is unknown where it was not found.
+    #[must_use]
+    pub fn unknown(&self) -> [f64; 2] {
+        self.few.unwrap_or(Self::KNOWN)
     }
 }
 
@@ -252,11 +255,15 @@ impl Posterior<'_> {
         Ok(None)
     }
 
-    /// As [`Posterior::map`], from working coordinates.
+    /// As [`Posterior::map`], from working coordinates: those of the parameters, then ln sd of each noise
+    /// that floats.
     ///
     /// # Errors
-    /// As [`Posterior::map`].
+    /// As [`Posterior::map`], and [`InferenceError::StartSize`] for another number of them.
     pub fn map_from(&self, start: &[f64], search: &TrustRegion) -> Result<Fit, InferenceError> {
+        if start.len() != self.size() {
+            return Err(InferenceError::StartSize { found: start.len(), expected: self.size() });
+        }
         Ok(self.fit_of(minimise(self, start, search)?, search.method))
     }
 
@@ -267,7 +274,7 @@ impl Posterior<'_> {
             unit: g.unit.clone(),
             sd,
             floats: g.floats(),
-            few: NoiseEstimate::KNOWN,
+            few: (!g.floats()).then_some(NoiseEstimate::KNOWN),
         });
         Fit {
             parameters: self.parameters().physical(&minimum.z),

@@ -4,6 +4,7 @@
 //! Knows no evidence, and does not ask whether there are other maxima.
 
 mod approach;
+mod chi_squared;
 mod conditional;
 mod map;
 mod memory;

@@ -100,7 +100,7 @@ impl<'a> Posterior<'a> {
         &self.floating
     }
 
-    /// The standard deviation of every group of noise at the point `z`.
+    /// The standard deviation of every group of noise at the point `z`, of the size of this posterior.
     #[must_use]
     pub fn noise_sd(&self, z: &[f64]) -> Vec<f64> {
         let mut sds: Vec<f64> = self
@@ -116,6 +116,9 @@ impl<'a> Posterior<'a> {
     }
 
     /// The covariance of block `k` with the standard deviations `sds`, as a dense matrix.
+    ///
+    /// # Panics
+    /// If there is no block `k`, or `sds` has fewer numbers than there are groups.
     #[must_use]
     pub fn covariance(&self, k: usize, sds: &[f64]) -> Matrix {
         self.data.observations()[k].covariance(sds)
@@ -211,7 +214,7 @@ impl<'a> Posterior<'a> {
 
     /// What every block adds, with derivatives in the first `p` parameters (all or none) and the noise,
     /// unless it is held.
-    fn blocks(
+    pub(super) fn blocks(
         &self,
         prediction: &Prediction,
         p: usize,

@@ -24,6 +24,9 @@ impl Linearised {
     ///
     /// With D the prior covariance of u and S the columns, the mean is D S' C^-1 r, the covariance for known
     /// parameters D - D S' C^-1 S D, and the mean moves with the parameters by -D S' C^-1 F.
+    ///
+    /// # Panics
+    /// Unless every column has a number for each datum, and there are as many `sds` as columns.
     #[must_use]
     pub fn causes(&self, columns: &[Vec<f64>], sds: &[f64]) -> Causes {
         let (n, p) = (columns.len(), self.root.columns());

@@ -124,6 +124,9 @@ impl Linearised {
     ///
     /// # Errors
     /// [`InferenceError::Dense`] if these data alone decide a parameter.
+    ///
+    /// # Panics
+    /// If there is no datum at one of the `places`.
     pub fn left_out(&self, places: &[usize]) -> Result<LeftOut, InferenceError> {
         let n = places.len();
         let block = |i: usize| self.blocks.partition_point(|b| b.first <= i) - 1;

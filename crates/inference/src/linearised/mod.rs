@@ -289,6 +289,9 @@ impl Linearised {
 
     /// What the data say of a direction, the change of every datum's prediction per strength; none where it
     /// moves nothing.
+    ///
+    /// # Panics
+    /// If `direction` has more numbers than there are data.
     #[must_use]
     pub fn told(&self, direction: &[f64]) -> Option<Told> {
         let pulled = self.pulled(direction);
@@ -351,6 +354,9 @@ impl Linearised {
     }
 
     /// Share of the variance of a datum that the data choose themselves.
+    ///
+    /// # Panics
+    /// If there is no datum at `place`.
     #[must_use]
     pub fn floats(&self, place: usize) -> f64 {
         let block = self.blocks.partition_point(|b| b.first <= place) - 1;

@@ -16,6 +16,9 @@ impl Linearised {
     /// What changes if every datum reads `change` more. With d the change, the parameters move by Sigma F'
     /// C^-1 d, and -ln evidence, half the square of the residual from the mean of the prior in the metric P,
     /// grows by (C^-1 r)'d + d'P d/2. Exact for a linear model.
+    ///
+    /// # Panics
+    /// Unless `change` has a number for each datum.
     #[must_use]
     pub fn moved(&self, change: &[f64]) -> Moved {
         let told = self.told_by(change);

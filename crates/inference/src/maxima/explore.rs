@@ -1,6 +1,7 @@
 //! The search for all maxima: from given starts, from the images of what was found, from the best of a sample
 //! of the prior.
 
+use super::linkage::{distance, ranks, reach};
 use super::terrain::{Peak, Terrain};
 use crate::density::{Calls, Gaussian, SAME_MODE};
 use crate::error::InferenceError;
@@ -16,8 +17,19 @@ pub(crate) struct Explored {
     pub(crate) starts: usize,
     pub(crate) failed: usize,
     pub(crate) calls: Calls,
-    /// True if the last batch that was allowed still found a new maximum.
-    pub(crate) open: bool,
+    /// Why there may be maxima that were not found, if there may be.
+    pub(crate) open: Option<Open>,
+}
+
+/// Why a search may have left maxima out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Open {
+    /// The last batch of starts that was allowed still found a new one.
+    StillFound,
+    /// As many were found as starts do not suffice for.
+    FewStarts,
+    /// An alias leads to more places within the prior than are looked at.
+    ManyImages,
 }
 
 /// How widely to search.
@@ -27,16 +39,13 @@ pub(crate) struct Breadth {
     pub(crate) screened: usize,
     /// Searches from the best of these in one batch; zero: from given starts and known images alone.
     pub(crate) random_starts: usize,
-    /// Most searches, of all kinds together.
+    /// Most searches from places that nothing but a draw or the caller named.
     pub(crate) most_starts: usize,
 }
 
 /// A second maximum counts if it holds more than this fraction of the evidence of the first, as a logarithm:
 /// 5 %.
 pub(crate) const MODE_LIMIT: f64 = -3.0;
-
-/// Rounds in which the images of a new best maximum are looked at.
-const ROUNDS: usize = 3;
 
 /// Where there are as many places as this, a batch without a new one does not prove that all are known: ...
 const MANY: usize = 3;
@@ -48,7 +57,7 @@ const PER_PLACE: usize = 3;
 const WIDER: f64 = 4.0;
 
 /// Finds the maxima of a posterior: from the centre of its prior and the `given` starts, from the images of
-/// the best one, from the best of `breadth.screened` points of the prior in batches of
+/// what was found, from the best of `breadth.screened` points of the prior in batches of
 /// `breadth.random_starts`, for as long as a batch finds a new one, and half a batch from far outside of the
 /// prior.
 ///
@@ -64,65 +73,67 @@ pub(crate) fn explore(
     let mut search = Search::first(ground, &starts)?;
     let tried = search.found.starts;
     let near: Vec<Approach> = search.screened(&starts[tried..]);
-    search.batch(near);
-    let mut imaged: Vec<Vec<f64>> = Vec::new();
+    search.batch(near, Origin::Own);
     let batch = breadth.random_starts.max(1);
-    let mut draws: Option<Vec<Approach>> = None;
-    let (mut last_heavy, mut beyond) = (false, false);
+    let mut waiting: Vec<Approach> = Vec::new();
+    let (mut rounds, mut last_new, mut beyond) = (0, false, false);
     let mut left = breadth.most_starts.saturating_sub(search.found.starts);
     loop {
-        let best = search.best();
-        if imaged.len() < ROUNDS && !imaged.contains(&best.z) {
-            imaged.push(best.z.clone());
-            let images = ground.images(&best.fit);
-            let mut near = search.screened(&images.iter().map(|i| Some(i.as_slice())).collect::<Vec<_>>());
-            near.retain(|a| !search.known_at(&a.z));
-            near.sort_by(|a, b| a.cost.total_cmp(&b.cost));
-            near.truncate(left);
-            left -= near.len();
-            search.batch(near);
-            continue;
-        }
+        search.follow_images(&mut left, breadth.most_starts);
         if breadth.random_starts == 0 {
             break;
         }
-        let waiting = match &mut draws {
-            Some(waiting) => waiting,
-            None => draws.insert(search.sampled(&ground.spread(breadth.screened, 1.0), |a| a.cost)),
-        };
-        if waiting.is_empty() {
-            break;
+        if waiting.is_empty() && left > 0 {
+            waiting = search.sampled(&ground.spread(breadth.screened, 1.0, rounds), |a| a.cost);
+            rounds += 1;
         }
-        if left == 0 {
-            search.found.open = last_heavy;
+        if left == 0 || waiting.is_empty() {
+            search.close(last_new);
             break;
         }
         let next: Vec<Approach> = waiting.drain(..batch.min(left).min(waiting.len())).collect();
         left -= next.len();
         let before = search.found.peaks.len();
-        let new = search.batch(next);
-        last_heavy = search.found.peaks.len() > before;
-        let places = search.found.peaks.len() + search.found.unpursued.len();
-        if new || (places >= MANY && search.found.starts < PER_PLACE * places) {
+        let new = search.batch(next, Origin::Own);
+        last_new = search.found.peaks.len() > before;
+        if new || search.few_for(search.places()) {
             continue;
         }
         if beyond || left == 0 {
+            search.close(last_new);
             break;
         }
         beyond = true;
-        let mut far = search.sampled(&ground.spread(breadth.screened, WIDER), misfit);
+        let mut far = search.sampled(&ground.spread(breadth.screened, WIDER, 0), misfit);
         far.truncate(batch.div_ceil(2).min(left));
         left -= far.len();
-        if !search.batch(far) {
+        if !search.batch(far, Origin::Own) {
             break;
         }
     }
     Ok(search.done())
 }
 
-struct Search<'a> {
-    ground: &'a Terrain<'a>,
-    found: Explored,
+/// What led to a start.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Origin {
+    /// A draw, the caller, or the centre of the prior.
+    Own,
+    /// An alias of a maximum that is known.
+    Image,
+}
+
+pub(super) struct Search<'a> {
+    pub(super) ground: &'a Terrain<'a>,
+    pub(super) found: Explored,
+    /// For each peak, whether its images are known.
+    pub(super) imaged: Vec<bool>,
+    /// The best peaks whose images were looked at.
+    pub(super) bests: Vec<Vec<f64>>,
+    /// How many others there were whose images were looked at.
+    pub(super) families: usize,
+    /// Searches from images, and the new places to which they led.
+    pub(super) of_images: [usize; 2],
 }
 
 impl<'a> Search<'a> {
@@ -143,9 +154,10 @@ impl<'a> Search<'a> {
                         starts: k + 1,
                         failed,
                         calls,
-                        open: false,
+                        open: None,
                     };
-                    return Ok(Self { ground, found });
+                    let (imaged, bests) = (vec![false], Vec::new());
+                    return Ok(Self { ground, found, imaged, bests, families: 0, of_images: [0; 2] });
                 }
                 Err(error) => {
                     first_error.get_or_insert(error);
@@ -156,13 +168,35 @@ impl<'a> Search<'a> {
     }
 
     /// Where searches from these starts begin. Starts at which the model fails are counted, and left out.
-    fn screened(&mut self, starts: &[Option<&[f64]>]) -> Vec<Approach> {
+    pub(super) fn screened(&mut self, starts: &[Option<&[f64]>]) -> Vec<Approach> {
         let all: Vec<_> = starts.par_iter().map(|s| self.ground.screen(*s)).collect();
         self.found.calls.value += all.iter().filter(|a| a.is_err()).count();
         let good: Vec<Approach> = all.into_iter().flatten().collect();
         self.found.starts += starts.len() - good.len();
         self.found.failed += starts.len() - good.len();
         good
+    }
+
+    /// The places that searches ended at, without those that images alone led to.
+    fn places(&self) -> usize {
+        self.found.peaks.len() + self.found.unpursued.len() - self.of_images[1]
+    }
+
+    /// Whether there were too few searches, without those from images, to prove that so many places are all.
+    fn few_for(&self, places: usize) -> bool {
+        places >= MANY && self.found.starts - self.of_images[0] < PER_PLACE * places
+    }
+
+    /// Says why there may be more maxima, where a search ends for want of starts.
+    fn close(&mut self, last_new: bool) {
+        let ln = |p: &Peak| p.ln_marginal.unwrap_or(f64::NEG_INFINITY);
+        let least = ln(self.best()) + MODE_LIMIT;
+        let heavy = self.found.peaks.iter().filter(|p| ln(p) > least).count();
+        if last_new {
+            self.found.open = Some(Open::StillFound);
+        } else if self.found.open.is_none() && self.few_for(heavy.min(self.places())) {
+            self.found.open = Some(Open::FewStarts);
+        }
     }
 
     /// A sample in the order in which it is worth a descent: points that no better one is close to, then the
@@ -193,12 +227,17 @@ impl<'a> Search<'a> {
     }
 
     fn best(&self) -> &Peak {
+        &self.found.peaks[self.best_place()]
+    }
+
+    pub(super) fn best_place(&self) -> usize {
+        let peaks = &self.found.peaks;
         // There is one from the start on.
-        self.found.peaks.iter().min_by(|a, b| order(a, b)).unwrap_or(&self.found.peaks[0])
+        (0..peaks.len()).min_by(|&a, &b| order(&peaks[a], &peaks[b])).unwrap_or(0)
     }
 
     /// True if a point belongs to a maximum that is known.
-    fn known_at(&self, z: &[f64]) -> bool {
+    pub(super) fn known_at(&self, z: &[f64]) -> bool {
         let inner = self.ground.inner(z);
         self.found.peaks.iter().any(|p| p.gaussian.as_ref().is_some_and(|g| g.distance(&inner) < SAME_MODE))
     }
@@ -212,8 +251,12 @@ impl<'a> Search<'a> {
     }
 
     /// Descends from all of these; true if that led to a place that was not known.
-    fn batch(&mut self, starts: Vec<Approach>) -> bool {
+    pub(super) fn batch(&mut self, starts: Vec<Approach>, origin: Origin) -> bool {
         self.found.starts += starts.len();
+        let before = self.found.peaks.len() + self.found.unpursued.len();
+        if origin == Origin::Image {
+            self.of_images[0] += starts.len();
+        }
         let known: Vec<Gaussian> = self.found.peaks.iter().filter_map(|p| p.gaussian.clone()).collect();
         let ends: Vec<_> = starts.into_par_iter().map(|s| self.ground.approach(s, &known)).collect();
         self.found.failed += ends.iter().filter(|end| end.is_err()).count();
@@ -258,7 +301,11 @@ impl<'a> Search<'a> {
             if !self.found.peaks.iter().any(seen) {
                 new |= peak.converged;
                 self.found.peaks.push(peak);
+                self.imaged.push(origin == Origin::Image);
             }
+        }
+        if origin == Origin::Image {
+            self.of_images[1] += self.found.peaks.len() + self.found.unpursued.len() - before;
         }
         new
     }
@@ -285,33 +332,4 @@ fn misfit(at: &Approach) -> f64 {
 fn order(a: &Peak, b: &Peak) -> std::cmp::Ordering {
     let ln = |p: &Peak| p.ln_marginal.unwrap_or(f64::NEG_INFINITY);
     b.converged.cmp(&a.converged).then(ln(b).total_cmp(&ln(a))).then(a.cost.total_cmp(&b.cost))
-}
-
-/// The place of each point in the order of every coordinate, as numbers in 0..1: its place in the unit cube
-/// of the prior.
-fn ranks(points: &[&[f64]]) -> Vec<Vec<f64>> {
-    let size = points.first().map_or(0, |p| p.len());
-    let mut ranks = vec![vec![0.0; size]; points.len()];
-    for i in 0..size {
-        let mut order: Vec<usize> = (0..points.len()).collect();
-        order.sort_by(|&a, &b| points[a][i].total_cmp(&points[b][i]));
-        for (rank, k) in order.into_iter().enumerate() {
-            ranks[k][i] = (rank as f64 + 0.5) / points.len() as f64;
-        }
-    }
-    ranks
-}
-
-fn distance(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
-}
-
-/// The distance in a unit cube of `size` dimensions within which a sample of `count` points holds a better
-/// one, unless a maximum is near: that of Rinnooy Kan & Timmer with their constant 2.
-fn reach(count: usize, size: usize) -> f64 {
-    if count < 2 || size == 0 {
-        return 0.0;
-    }
-    let (n, d) = (count as f64, size as f64);
-    ((libm::tgamma(1.0 + 0.5 * d) * 2.0 * n.ln() / n).powf(1.0 / d)) / std::f64::consts::PI.sqrt()
 }

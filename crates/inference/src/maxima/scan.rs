@@ -92,7 +92,7 @@ impl Posterior<'_> {
         let total = counts.iter().try_fold(1_usize, |total, n| total.checked_mul(*n));
         let Some(total) = total.filter(|total| *total <= MOST) else {
             let inside = |cube: Vec<f64>| cube.iter().enumerate().map(|(k, u)| between(k, *u)).collect();
-            return latin(MOST, axes.len(), streams).into_iter().map(inside).collect();
+            return latin(MOST, axes.len(), streams, 0).into_iter().map(inside).collect();
         };
         let one = |mut number: usize| {
             let place = |(k, n): (usize, &usize)| {

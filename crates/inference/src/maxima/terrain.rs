@@ -5,6 +5,7 @@ use crate::error::InferenceError;
 use crate::evidence::Laplace;
 use crate::fit::{Approach, Fit, Posterior};
 use crate::numbers::normal_quantile;
+use crate::problem::Images;
 use rand::RngExt;
 use rijke_numerics::Streams;
 
@@ -57,23 +58,32 @@ impl Terrain<'_> {
         self.posterior.integrated().iter().map(|&i| z[i]).collect()
     }
 
-    /// Starts at which the model is known to predict nearly the same as at this end of a search, and those to
-    /// which it could not go for its noise.
-    pub(super) fn images(&self, fit: &Fit) -> Vec<Vec<f64>> {
-        let mut all =
-            self.posterior.parameters().images(&fit.parameters, |a| self.posterior.forward().aliases(a));
-        all.extend(self.posterior.with_less_noise(&fit.working));
-        all
+    /// Points at which the model is known to predict nearly the same as at this end of a search.
+    pub(super) fn images(&self, fit: &Fit) -> Images {
+        self.posterior.parameters().images(&fit.parameters, |a| self.posterior.forward().aliases(a))
+    }
+
+    /// ln density of the prior at a point less that at this end of a search.
+    pub(super) fn above(&self, z: &[f64], fit: &Fit) -> f64 {
+        let parameters = self.posterior.parameters();
+        let p = parameters.len();
+        let at = |z: &[f64]| parameters.ln_density(&z[..p]).map_or(f64::NEG_INFINITY, |d| d.value);
+        at(z) - at(&fit.working)
+    }
+
+    /// A start with less noise, to which a search that ended here could not go for its noise.
+    pub(super) fn with_less_noise(&self, fit: &Fit) -> Option<Vec<f64>> {
+        self.posterior.with_less_noise(&fit.working)
     }
 
     /// Starts spread over the prior with its standard deviations taken `width` times, from `count` points of
-    /// a unit cube; none if the prior is improper.
-    pub(super) fn spread(&self, count: usize, width: f64) -> Vec<Vec<f64>> {
+    /// a unit cube, other ones for each `round`; none if the prior is improper.
+    pub(super) fn spread(&self, count: usize, width: f64, round: usize) -> Vec<Vec<f64>> {
         let parameters = self.posterior.parameters();
         if parameters.improper().is_some() || parameters.is_empty() {
             return Vec::new();
         }
-        let cube = latin(count, parameters.len(), self.streams);
+        let cube = latin(count, parameters.len(), self.streams, round);
         let physical = |u: Vec<f64>| {
             let xi: Vec<f64> = u.into_iter().map(|u| width * normal_quantile(u)).collect();
             parameters.physical(&parameters.from_standard_normal(&xi))
@@ -84,11 +94,12 @@ impl Terrain<'_> {
 
 /// A Latin hypercube: `count` points in the unit cube, one in each of `count` slices of every coordinate
 /// (McKay, Beckman & Conover 1979, Technometrics 21, 239). However many coordinates there are, one alone is
-/// spread evenly.
-pub(super) fn latin(count: usize, size: usize, streams: Streams) -> Vec<Vec<f64>> {
+/// spread evenly. Every `round` has other points.
+pub(super) fn latin(count: usize, size: usize, streams: Streams, round: usize) -> Vec<Vec<f64>> {
     let mut points = vec![vec![0.0; size]; count];
     for i in 0..size {
-        let mut stream = streams.stream(&format!("inference/spread/{i}"));
+        let again = if round == 0 { String::new() } else { format!("/{round}") };
+        let mut stream = streams.stream(&format!("inference/spread/{i}{again}"));
         let mut slices: Vec<usize> = (0..count).collect();
         for k in (1..count).rev() {
             slices.swap(k, stream.random_range(0..=k));
@@ -123,7 +134,7 @@ mod tests {
     #[test]
     fn exact_every_slice_of_every_coordinate_holds_one_point() {
         for (count, size) in [(32, 1), (17, 5), (8, 40)] {
-            let points = latin(count, size, Streams::new(3));
+            let points = latin(count, size, Streams::new(3), 0);
             for i in 0..size {
                 let mut slices: Vec<usize> = points.iter().map(|p| (p[i] * count as f64) as usize).collect();
                 slices.sort_unstable();

@@ -158,6 +158,15 @@ impl Observation {
             if (0..n).any(|i| m[(i, i)] < 0.0) {
                 return bad(format!("its {name} has a negative variance"));
             }
+            let size = |i: usize, j: usize| (m[(i, i)] * m[(j, j)]).sqrt();
+            let skew = |&(i, j): &(usize, usize)| {
+                (m[(i, j)] - m[(j, i)]).abs()
+                    > SYMMETRIC * size(i, j).max(m[(i, j)].abs()).max(m[(j, i)].abs())
+            };
+            if let Some((i, j)) = (0..n).flat_map(|i| (0..i).map(move |j| (i, j))).find(skew) {
+                let (a, b) = (m[(i, j)], m[(j, i)]);
+                return bad(format!("its {name} is not symmetric: {a} at ({i}, {j}), {b} at ({j}, {i})"));
+            }
         }
         if let Some((group, _)) = self.noise.iter().find(|(g, _)| *g >= groups) {
             return bad(format!("it names noise group {group}, but there are {groups}"));
@@ -173,6 +182,9 @@ impl Observation {
         }
     }
 }
+
+/// Largest difference of the two halves of a covariance, as a correlation.
+const SYMMETRIC: f64 = 1e-6;
 
 impl Data {
     /// Checks and keeps observations and groups of noise.

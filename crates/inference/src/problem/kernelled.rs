@@ -3,6 +3,7 @@
 use super::misfit::Kernel;
 use crate::error::InferenceError;
 use rijke_numerics::Matrix;
+use std::collections::BTreeMap;
 
 /// A misfit by its kernel, exact at any length: parts of data that do not hear each other share its size and
 /// length.
@@ -35,12 +36,12 @@ impl Kernelled {
         if !(low < high && (high - low).is_finite() && coordinate.iter().all(|x| x.is_finite())) {
             return bad(format!("its coordinate runs from {low} to {high}"));
         }
-        let count = part.iter().max().map_or(0, |p| p + 1);
-        let mut parts = vec![Vec::new(); count];
+        // Numbers of parts may be any.
+        let mut parts: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
         for (row, &p) in part.iter().enumerate() {
-            parts[p].push(row);
+            parts.entry(p).or_default().push(row);
         }
-        parts.retain(|rows| !rows.is_empty());
+        let parts: Vec<Vec<usize>> = parts.into_values().collect();
         let longest = parts.iter().map(Vec::len).max().unwrap_or(0);
         if longest > MOST {
             return bad(format!("a part of it has {longest} data, more than {MOST}; take fewer frequencies"));

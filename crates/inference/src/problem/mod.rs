@@ -26,4 +26,5 @@ pub use prior::Prior;
 pub(crate) use prior::gaussian;
 pub use structured::{Correlated, Structured, complex_columns};
 
+pub(crate) use images::Images;
 pub(crate) use kernelled::Kernelled;

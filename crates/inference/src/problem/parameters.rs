@@ -128,6 +128,11 @@ impl Parameters {
         mean: &[f64],
         covariance: &Matrix,
     ) -> Result<Self, InferenceError> {
+        let sizes = [names.len(), mean.len(), covariance.rows(), covariance.columns()];
+        if sizes.iter().any(|size| *size != names.len()) {
+            // Which says what does not fit.
+            return self.with_joint(names, mean, covariance);
+        }
         let mut working = Vec::with_capacity(mean.len());
         let mut slopes = Vec::with_capacity(mean.len());
         for (name, value) in names.iter().zip(mean) {
@@ -285,6 +290,9 @@ impl Parameters {
 
     /// The same parameters with the prior standard deviation (or width) of parameter `i` multiplied by
     /// `factor`; in a joint prior its correlations stay.
+    ///
+    /// # Panics
+    /// If there is no parameter `i`.
     #[must_use]
     pub fn widened(&self, i: usize, factor: f64) -> Self {
         let mut wide = self.clone();

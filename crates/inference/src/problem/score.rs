@@ -31,7 +31,7 @@ impl Prior {
                 } else {
                     normal_quantile(above * normal_cdf(l) + below * normal_cdf(h))
                 };
-                (mean + sd * standard).clamp(low, high)
+                (mean + sd * standard).max(low).min(high)
             }
             Self::Flat => f64::NAN,
         };

@@ -22,6 +22,8 @@ pub struct Structured {
     pub(crate) sources: Vec<Source>,
     /// The misfit.
     pub(crate) kernelled: Option<Kernelled>,
+    /// What was wrong with the sizes of what was added, told where the data are made.
+    fault: Option<String>,
 }
 
 /// Where the variance of one coefficient comes from.
@@ -65,10 +67,14 @@ impl Structured {
     }
 
     /// Adds nuisances: the columns of `matrix` (a row for each datum) times coefficients that are normal
-    /// about zero with these standard deviations.
+    /// about zero with these standard deviations, one for each column. Other sizes are an error of
+    /// [`crate::Data::new`].
     #[must_use]
-    pub fn with_nuisances(self, matrix: &Matrix, sds: &[f64]) -> Self {
+    pub fn with_nuisances(mut self, matrix: &Matrix, sds: &[f64]) -> Self {
         let (n, q) = (matrix.rows(), matrix.columns());
+        if sds.len() != q {
+            self.fault = Some(format!("{q} columns of nuisances have {} standard deviations", sds.len()));
+        }
         let sd = |j: usize| sds.get(j).copied().unwrap_or(f64::NAN);
         let scaled = Matrix::from_fn(n, q, |i, j| matrix[(i, j)] * sd(j));
         self.joined(&scaled, vec![Source::Unit; q])
@@ -102,6 +108,12 @@ impl Structured {
 
     fn joined(mut self, matrix: &Matrix, sources: Vec<Source>) -> Self {
         let (n, old) = (self.variance.len(), self.columns.columns());
+        if matrix.rows() != n {
+            let rows = matrix.rows();
+            self.fault = Some(format!(
+                "nuisances have {rows} rows, not as long as its values, of which there are {n}"
+            ));
+        }
         self.columns = Matrix::from_fn(n, old + matrix.columns(), |i, j| {
             if j < old {
                 self.columns[(i, j)]
@@ -117,6 +129,9 @@ impl Structured {
 
     /// What is wrong with it for `n` data and `groups` groups of noise, if anything.
     pub(crate) fn problem(&self, n: usize, groups: usize) -> Option<String> {
+        if self.fault.is_some() {
+            return self.fault.clone();
+        }
         if self.variance.len() != n || self.noise.iter().any(|(_, s)| s.len() != n) {
             return Some(format!("its variances or factors of noise are not as many as its {n} values"));
         }

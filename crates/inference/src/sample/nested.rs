@@ -31,7 +31,8 @@ pub struct Nested {
 }
 
 impl Nested {
-    /// Settings for a statistical error of about `error` nats when the data carry `information` nats.
+    /// Settings for a statistical error of about `error` nats when the data carry `information` nats. An
+    /// error that is not positive is one of [`Sampler::integrate`].
     #[must_use]
     pub fn with_error(error: f64, information: f64, parameters: usize, streams: Streams) -> Self {
         let live = (information.max(1.0) / (error * error)).ceil() as usize;
@@ -45,6 +46,9 @@ impl Nested {
     }
 }
 
+/// Most live points: more of them fill no memory with use.
+const MOST_LIVE: usize = 10_000_000;
+
 struct Point {
     /// Standard normal coordinates of the prior.
     xi: Vec<f64>,
@@ -57,6 +61,14 @@ impl Sampler for Nested {
     }
 
     fn integrate(&self, target: &dyn Target) -> Result<Integrated, InferenceError> {
+        let sound = self.tolerance > 0.0 && self.tolerance.is_finite();
+        if !(2..=MOST_LIVE).contains(&self.live) || !sound {
+            let problem = format!(
+                "{} live points and a tolerance of {} nats; give 2 to {MOST_LIVE} points and a positive tolerance",
+                self.live, self.tolerance
+            );
+            return Err(InferenceError::Sampler { sampler: "nested sampling", problem });
+        }
         let mut stream = self.streams.stream("inference/nested");
         let mut calls = Calls::default();
         let mut live = Vec::with_capacity(self.live);

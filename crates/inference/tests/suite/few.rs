@@ -119,6 +119,40 @@ fn coverage_a_little_noise_beside_true_errors() {
     assert!((1.5..2.0).contains(&widest), "{widest}");
 }
 
+/// The mean of few data of one noise that floats: what an assessment states holds the truth as often as two
+/// standard deviations should, and Laplace's standard deviation, which does not, is warned of.
+#[test]
+fn coverage_an_assessment_of_few_data_is_wide_enough() {
+    for (n, narrow) in [(3, 0.80), (5, 0.90)] {
+        let (model, all) = (Linear(Matrix::from_fn(n, 1, |_, _| 1.0)), (0..n).collect::<Vec<_>>());
+        let parameters = Parameters::new(vec![normal("a", 0.0, 1.0)]).unwrap();
+        let (mut inside, mut by_laplace, count) = (0_usize, 0_usize, 600_usize);
+        let mut stream = Streams::new(4).stream("assessed");
+        for _ in 0..count {
+            let values =
+                (0..n).map(|_| 1.0 + 0.1 * stream.sample::<f64, _>(rand_distr::StandardNormal)).collect();
+            let observation = Observation::new("all", values).with_independent_noise(0, &all);
+            let data = Data::new(vec![observation], vec![NoiseGroup::floated("noise", "V")]).unwrap();
+            let options = AssessOptions { random_starts: 0, draws: 0, ..AssessOptions::default() };
+            let a = assess(&model, &data, &parameters, &options).unwrap();
+            let off = (a.fit.parameters[0] - 1.0).abs();
+            inside += usize::from(off < 2.0 * a.sd().unwrap()[0]);
+            by_laplace += usize::from(off < 2.0 * a.laplace.as_ref().unwrap().sd()[0]);
+            let factor = a.few.as_ref().unwrap().parameters[0];
+            let words = format!("multiply that of a by {factor:.2}");
+            assert!(a.health.warnings.iter().any(|w| w.contains(&words)), "{:?}", a.health.warnings);
+            assert_eq!(a.fit.noise[0].few, Some(a.few.as_ref().unwrap().noises[0].1));
+        }
+        let [share, by_laplace] = [inside, by_laplace].map(|k| k as f64 / count as f64);
+        println!("{n} data: {share}, by Laplace {by_laplace}");
+        assert!((0.925..0.98).contains(&share) && by_laplace < narrow, "{n}: {share} {by_laplace}");
+    }
+    // A fit alone does not know what few data leave unknown.
+    let (model, data, parameters) = line(5, 1e-12);
+    let posterior = Posterior::new(&model, &data, &parameters).unwrap();
+    assert_eq!(posterior.map(&MapOptions::default()).unwrap().noise[0].few, None);
+}
+
 /// The table of docs/theory/inference.md.
 #[test]
 #[ignore = "long: 4000 data sets of each of 20 kinds"]

@@ -35,12 +35,42 @@ fn warned(assessment: &Assessment, word: &str) {
 #[test]
 fn exact_a_linear_model_is_trusted() {
     let parameters = Parameters::new((0..5).map(|i| normal(&format!("a{i}"), 0.0, 1.0)).collect()).unwrap();
-    let a = assess(&Linear(design("health", 30, 5)), numbers("health/y", 30), 0.3, &parameters);
+    let a = assess(&Linear(design("health", 30, 5)), numbers("health/y", 30), 0.6, &parameters);
     assert_eq!(a.health.warnings, Vec::<String>::new());
     let (importance, laplace) = (a.health.importance.unwrap(), a.laplace.unwrap());
     // All weights are equal, so the corrected evidence is exact.
     assert_abs_diff_eq!(importance.ln_marginal, laplace.evidence.ln_marginal, epsilon = 1e-10);
     assert!(importance.standard_error < 1e-10);
+}
+
+#[test]
+fn exact_a_model_that_misses_the_data_is_not_trusted() {
+    let constant = Linear(Matrix::from_fn(20, 1, |_, _| 1.0));
+    let parameters = Parameters::new(vec![normal("a", 0.0, 10.0)]).unwrap();
+    let mut values: Vec<f64> = numbers("health/constant", 20).iter().map(|x| 1.0 + 0.03 * x).collect();
+    let healthy = assess(&constant, values.clone(), 0.03, &parameters);
+    assert_eq!(healthy.health.warnings, Vec::<String>::new());
+    values[7] = 50.0;
+    let a = assess(&constant, values.clone(), 0.03, &parameters);
+    warned(&a, "the model misses the data");
+    let found = a.health.chi_squared.unwrap();
+    let squares: f64 = values.iter().map(|v| ((v - a.fit.parameters[0]) / 0.03).powi(2)).sum();
+    assert_abs_diff_eq!(found.value / squares, 1.0, epsilon = 1e-12);
+    assert_eq!(found.freedom, 19);
+    assert!(found.sds > 1000.0, "{found:?}");
+}
+
+#[test]
+fn oracle_chi_squared_of_a_fit_against_dense_matrices() {
+    // Full covariances, a floated and an inferred noise; all data count, as both adjust themselves.
+    let (model, data, parameters) = ringing();
+    let posterior = Posterior::new(&model, &data, &parameters).unwrap();
+    let a = posterior.assess(&AssessOptions::default()).unwrap();
+    let linear = posterior.linearised(&a.fit, a.laplace.as_ref().unwrap()).unwrap();
+    let value: f64 = linear.pulls().iter().zip(&linear.residuals).map(|(a, b)| a * b).sum();
+    let found = a.health.chi_squared.unwrap();
+    assert_abs_diff_eq!(found.value, value, epsilon = 1e-8 * value);
+    assert_eq!(found.freedom, data.size());
 }
 
 #[test]

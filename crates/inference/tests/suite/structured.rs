@@ -126,7 +126,9 @@ fn exact_a_nuisance_is_a_parameter_integrated_out() {
         let data = Data::new(vec![Observation::new("s", y).with_structure(structured)], noise()).unwrap();
         let two = Parameters::new((0..2).map(prior).collect()).unwrap();
         let model = Linear(Matrix::from_fn(40, 2, |i, j| x[(i, j)]));
-        let found = assess(&model, &data, &two, &AssessOptions::default()).unwrap();
+        // The data are numbers at random, which no line describes.
+        let options = AssessOptions { goodness_of_fit: false, ..AssessOptions::default() };
+        let found = assess(&model, &data, &two, &options).unwrap();
         assert_eq!(found.health.warnings, Vec::<String>::new());
         let laplace = found.laplace.unwrap();
         assert_abs_diff_eq!(laplace.evidence.ln_marginal, expected.evidence.ln_marginal, epsilon = 1e-8);
@@ -200,6 +202,18 @@ fn message_a_bad_structure_names_its_observation() {
     assert!(bad(Structured::new(vec![1.0; 2]).with_noise(3, vec![1.0; 2])).contains("names noise group 3"));
     let short = Structured::new(vec![1.0; 2]).with_nuisances(&Matrix::identity(1), &[1.0]);
     assert!(bad(short).contains("not as long as its values"));
+    let long = Structured::new(vec![1.0; 2]).with_nuisances(&Matrix::from_fn(3, 1, |_, _| 1.0), &[1.0]);
+    assert!(bad(long).contains("nuisances have 3 rows"));
+    let sds = Structured::new(vec![1.0; 2]).with_nuisances(&Matrix::identity(2), &[1.0, 2.0, 3.0]);
+    assert!(bad(sds).contains("2 columns of nuisances have 3 standard deviations"));
+    let apart = Correlated {
+        size: 0,
+        length: 0,
+        kernel: Kernel::Matern52,
+        coordinate: &[0.0, 1.0],
+        part: &[0, usize::MAX],
+    };
+    assert!(Structured::new(vec![1.0; 2]).with_misfit(&apart).is_ok());
 }
 
 /// 15 000 complex data with 90 complex nuisances, ten parameters, one floated noise.

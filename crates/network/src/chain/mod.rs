@@ -6,6 +6,7 @@
 //! the chain.
 
 pub(crate) mod block;
+pub(crate) mod checked;
 pub(crate) mod coefficients;
 pub(crate) mod line;
 pub(crate) mod network;

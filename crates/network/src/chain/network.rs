@@ -189,7 +189,8 @@ impl Network {
         Ok(())
     }
 
-    /// Adds `weight` times law number `law` to a slot.
+    /// Adds `weight` times law number `law` to a slot. Whether there is such a law is known with the first
+    /// question, which fails with [`NetworkError::NoLaw`] if there is none.
     ///
     /// # Errors
     /// [`NetworkError::Slot`] if there is no such segment or place.
@@ -225,6 +226,11 @@ impl Network {
 
     fn locate(&self, slot: Slot) -> Result<(usize, usize), NetworkError> {
         let n = self.segments.len();
+        let wrong = NetworkError::Slot { slot, segments: n };
+        // Before a number is doubled that could leave its range.
+        if slot.index().is_some_and(|index| index > n) {
+            return Err(wrong);
+        }
         let (key, kind) = match slot {
             Slot::Upstream => (0, 0),
             Slot::Mu(j) => (1 + 2 * j, 0),
@@ -240,7 +246,7 @@ impl Network {
             Slot::Downstream => (2 + 2 * n, 0),
         };
         let last = if slot == Slot::Downstream { 2 + 2 * n } else { 1 + 2 * n };
-        if key <= last { Ok((key, kind)) } else { Err(NetworkError::Slot { slot, segments: n }) }
+        if key <= last { Ok((key, kind)) } else { Err(wrong) }
     }
 }
 

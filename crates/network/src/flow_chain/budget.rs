@@ -8,6 +8,7 @@ use super::assembly::FlowChain;
 use super::ducts::FlowState;
 use super::gate::Basis;
 use super::mean::{Mean, state_of};
+use super::number::Number as _;
 use super::passage::State;
 use crate::plane::newton::Root;
 use gauss_quad::GaussLegendre;
@@ -36,7 +37,8 @@ pub struct FlowBudget {
 }
 
 impl FlowBudget {
-    /// Sum of all entries minus 2 sigma, relative to the sum of their moduli: zero but for rounding.
+    /// Sum of all entries minus 2 sigma, relative to the sum of their moduli: zero but for rounding if s is
+    /// an eigenvalue, and only then.
     #[must_use]
     pub fn mismatch(&self) -> f64 {
         let parts = [self.upstream, self.downstream, self.viscous, self.thermal, self.mean_flow];
@@ -77,11 +79,17 @@ impl FlowChain {
         let area = |j: usize| basis.area[j].value.re;
         let mut shares: Vec<(usize, usize, f64)> = Vec::new();
         self.sweep(basis, &s, |j, before, behind| {
-            let incoming = if j > 0 { area(j - 1) * flux(&basis.after[j - 1], before) } else { 0.0 };
             if j == n {
-                budget.downstream = -incoming;
+                // The wave that comes back is that of the end, which is that of the sweep at an eigenvalue
+                // alone.
+                let (mean, [p, u, e]) = (&basis.after[n - 1], before);
+                let off = self.finish(basis, before, &s);
+                let impedance = mean.density * mean.speed_squared().sqrt();
+                let left = [*p - off, *u + off * impedance.recip(), *e];
+                budget.downstream = -area(n - 1) * flux(mean, &left);
                 return;
             }
+            let incoming = if j > 0 { area(j - 1) * flux(&basis.after[j - 1], before) } else { 0.0 };
             let outgoing = area(j) * flux(&basis.after[j], behind);
             if j == 0 {
                 budget.upstream = outgoing;

@@ -15,7 +15,7 @@ use crate::plane::poles::PolesByPlace;
 use crate::plane::region::Region;
 use crate::plane::zeros::zeros;
 use crate::respond::answer::{Places, Response};
-use crate::sense::along::Station;
+use crate::sense::along::{Station, bounded};
 use crate::slot::Slot;
 use rijke_numerics::ComplexDual;
 use rijke_numerics::{C64, Jet, Order};
@@ -29,8 +29,28 @@ impl FlowChain {
         s: C64,
         at_s: &mut Laws,
     ) -> Result<Basis<ComplexDual>, NetworkError> {
+        self.check_numbers(laws)?;
         fill(laws, s, at_s);
-        self.basis_at(at_s, laws)
+        let basis = self.basis_at(at_s, laws)?;
+        let negative = |(_, length): &(usize, &ComplexDual)| length.value.re <= 0.0;
+        match basis.length.iter().enumerate().find(negative) {
+            Some((index, length)) => {
+                Err(NetworkError::Property { index, quantity: "length", value: length.value.re })
+            }
+            None => Ok(basis),
+        }
+    }
+
+    /// Fails for a law that is attached and not there.
+    fn check_numbers(&self, laws: &dyn Coefficients) -> Result<(), NetworkError> {
+        let count = laws.laws();
+        match self.attached.iter().find(|a| a.law >= count) {
+            Some(a) => {
+                let slot = format!("{:?}", a.slot);
+                Err(NetworkError::NoFlowLaw { slot, law: a.law, laws: count })
+            }
+            None => Ok(()),
+        }
     }
 
     /// F and its slope, with `basis` brought to `s`.
@@ -147,6 +167,7 @@ impl Chain for FlowChain {
             let s = Jet::from_parts(root.s, Vec::new(), Vec::new());
             return Response::relative(s, &pressures, places, order);
         }
+        self.check_numbers(laws)?;
         let at = At::full(root.s, laws.parameters(), order);
         let filled = &mut work.laws;
         filled.reset(laws.laws(), &at);
@@ -167,6 +188,7 @@ impl Chain for FlowChain {
         samples: usize,
         work: &mut Workspace,
     ) -> Result<Vec<Station>, NetworkError> {
+        bounded(samples, self.ducts.len())?;
         let basis = self.with_laws(laws, root.s, &mut work.laws)?;
         self.along_with(&basis, root, samples)
     }

@@ -22,14 +22,14 @@ pub use remote::{NoReference, RemoteSource};
 pub use remote_spread::{RemoteSpread, SpreadPiece, spread_middle, spread_weights};
 pub use rijke_numerics::rational::{Likely, Table, TableError, TableRow, phase_slope};
 pub use spread::{SpreadFlame, SpreadSource};
-pub use wall::WallLaw;
+pub use wall::{Wall, WallLaw};
 
 use crate::chain::coefficients::{At, Coefficients, Laws, Pole};
 use crate::error::NetworkError;
 use crate::laws::batch::WallBatch;
 use crate::laws::ends::{PISTON_UP_TO, piston};
 use crate::laws::roots::polynomial_roots;
-use crate::laws::wall::{Loss, Wall};
+use crate::laws::wall::Loss;
 use crate::plane::region::Region;
 use crate::plane::zeros::zeros;
 use rijke_numerics::{C64, Jet, JetSpace, Order};
@@ -37,6 +37,7 @@ use std::f64::consts::PI;
 
 /// A coefficient as an analytic function of s.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Law {
     /// The same for every s.
     Constant(C64),

@@ -6,6 +6,7 @@
 //! from samples whose change of ln G agrees with the derivative at both ends and at the middle: strong
 //! evidence, not a proof in interval arithmetic.
 
+use crate::chain::checked::beyond_range;
 use crate::chain::coefficients::{At, Coefficients, Pole};
 use crate::chain::network::Network;
 use crate::chain::workspace::Workspace;
@@ -24,7 +25,9 @@ impl Network {
     ///
     /// # Errors
     /// [`NetworkError::Region`], [`NetworkError::NotAnalytic`], [`NetworkError::PoleInSegment`],
-    /// [`NetworkError::Border`], [`NetworkError::NotFinite`], [`NetworkError::Uncertified`].
+    /// [`NetworkError::Border`], [`NetworkError::NotFinite`], [`NetworkError::Uncertified`],
+    /// [`NetworkError::Overflow`]; [`NetworkError::NoLaw`] and [`NetworkError::Property`] as
+    /// [`Network::solve`].
     pub fn modes<K: Coefficients + ?Sized>(
         &self,
         coefficients: &K,
@@ -32,6 +35,8 @@ impl Network {
         work: &mut Workspace,
     ) -> Result<Modes, NetworkError> {
         region.check()?;
+        let middle = |[low, high]: [f64; 2]| 0.5 * (low + high);
+        self.check(coefficients, C64::new(middle(region.sigma), middle(region.omega)), &mut work.laws)?;
         check_analytic(coefficients, region, work)?;
         let step = 0.25 * PI / self.travel_time();
         // Poles far outside do not change the count and would only scale G.
@@ -43,7 +48,10 @@ impl Network {
             let f = self.characteristic(coefficients, s, &mut work.laws);
             [f.value, f.slope]
         };
+        let sigma =
+            if region.sigma[0].abs() > region.sigma[1].abs() { region.sigma[0] } else { region.sigma[1] };
         zeros(f, region, step, poles, pole_count)
+            .map_err(|error| beyond_range(error, sigma, self.travel_time()))
     }
 
     /// Poles of F with their orders: those of every law that acts at a place or an end. All that lie in

@@ -9,7 +9,8 @@ use rijke_numerics::ComplexDual;
 pub struct Newton {
     /// Most steps taken; 30 unless set.
     pub max_steps: usize,
-    /// The iteration ends when its estimate of the error, relative to |s|, is below this; 1e-13 unless set.
+    /// The iteration ends when its estimate of the error, relative to |s|, is below this, at most 0.1; 1e-13
+    /// unless set.
     pub tolerance: f64,
     /// No step is longer than this, 1/s. Half the spacing of modes, pi/(2 travel time), unless set.
     pub max_step: Option<f64>,
@@ -34,6 +35,9 @@ pub struct Root {
     /// Estimate of the error of s relative to |s|, on the safe side.
     pub residual: f64,
 }
+
+/// The largest error, relative to |s|, at which a root may be called one.
+const LOOSEST: f64 = 0.1;
 
 /// A Newton step shorter than this part of the last one is in the region of quadratic convergence.
 const QUADRATIC: f64 = 0.1;
@@ -61,6 +65,9 @@ pub(crate) fn iterate(
     settings: &Newton,
     mut f: impl FnMut(C64) -> ComplexDual,
 ) -> Result<Root, NetworkError> {
+    if !(0.0..=LOOSEST).contains(&settings.tolerance) {
+        return Err(NetworkError::Tolerance { tolerance: settings.tolerance });
+    }
     let longest = settings.max_step.unwrap_or(0.5 * spacing);
     let mut s = guess;
     let mut last: Option<(C64, ComplexDual)> = None;

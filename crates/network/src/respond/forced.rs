@@ -8,6 +8,7 @@
 
 use super::response::Context;
 use super::values::Values;
+use crate::chain::checked::beyond_range;
 use crate::chain::coefficients::{At, Coefficients, Laws};
 use crate::chain::network::Network;
 use crate::chain::workspace::Workspace;
@@ -16,6 +17,7 @@ use rijke_numerics::{C64, Jet, JetSpace, Order};
 
 /// What drives the gas, of unit strength, at a place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Source {
     /// A velocity that is added to the one behind the place (volume flow per area there), m/s: a loudspeaker
     /// in the wall.
@@ -85,7 +87,9 @@ impl Network {
     /// laws; the last seed of every jet is s.
     ///
     /// # Errors
-    /// [`NetworkError::Slot`] if there is no such place; [`NetworkError::NotFinite`] at a mode.
+    /// [`NetworkError::Slot`] if there is no such place; [`NetworkError::NotFinite`] at a mode, or
+    /// [`NetworkError::Overflow`] far from the imaginary axis; [`NetworkError::NoLaw`] and
+    /// [`NetworkError::Property`] as [`Network::solve`].
     pub fn forced<K: Coefficients + ?Sized>(
         &self,
         laws: &K,
@@ -100,15 +104,15 @@ impl Network {
         let finished = |before: Vec<[Jet; 2]>, behind: Vec<[Jet; 2]>| {
             let finite = |x: &[Jet; 2]| x.iter().all(|j| j.value().is_finite());
             let all = before.iter().chain(&behind).all(finite);
-            if all { Ok(Forced { before, behind }) } else { Err(NetworkError::NotFinite { s }) }
+            if all { Ok(Forced { before, behind }) } else { Err(self.no_value(s)) }
         };
         if order == Order::Value {
-            let sides = Values::new(self, laws, s, work).forced(place, jump, waves);
+            let sides = Values::new(self, laws, s, work)?.forced(place, jump, waves);
             let alone = |x: [C64; 2]| x.map(|v| value_alone(laws, v));
             let [before, behind] = sides.map(|side| side.into_iter().map(alone).collect());
             return finished(before, behind);
         }
-        let at = self.filled(laws, s, order, &mut work.laws);
+        let at = self.filled(laws, s, order, &mut work.laws)?;
         let context = Context::new(self, &work.laws, &at);
         let [up, down] = context.reflections();
         let (z_up, z_down) = (context.impedance(0), context.impedance(n - 1));
@@ -162,11 +166,11 @@ impl Network {
     ) -> Result<Jet, NetworkError> {
         if order == Order::Value {
             self.check_place(place)?;
-            let [p, u] = Values::new(self, laws, s, work).seen_from(place);
-            return Ok(value_alone(laws, p / u));
+            let [p, u] = Values::new(self, laws, s, work)?.seen_from(place);
+            return self.finite(value_alone(laws, p / u), s);
         }
         let [p, u] = self.seen_from(laws, s, place, order, work)?;
-        Ok(&p / &u)
+        self.finite(&p / &u, s)
     }
 
     /// Reflection g/f of the chain downstream of a place, seen from just before it, with respect to rho c
@@ -184,15 +188,15 @@ impl Network {
     ) -> Result<Jet, NetworkError> {
         if order == Order::Value {
             self.check_place(place)?;
-            let values = Values::new(self, laws, s, work);
+            let values = Values::new(self, laws, s, work)?;
             let [p, u] = values.seen_from(place);
             let wave = values.impedance(place.saturating_sub(1)) * u;
-            return Ok(value_alone(laws, (p - wave) / (p + wave)));
+            return self.finite(value_alone(laws, (p - wave) / (p + wave)), s);
         }
         let [p, u] = self.seen_from(laws, s, place, order, work)?;
         let at = At::full(s, laws.parameters(), order);
         let wave = &Context::new(self, &work.laws, &at).impedance(place.saturating_sub(1)) * &u;
-        Ok(&(&p - &wave) / &(&p + &wave))
+        self.finite(&(&p - &wave) / &(&p + &wave), s)
     }
 
     /// The transfer matrix from just upstream of place `from` to just downstream of place `to`.
@@ -211,13 +215,21 @@ impl Network {
         if to > n || from > to {
             return Err(NetworkError::Slot { slot: crate::slot::Slot::Mu(from.max(to)), segments: n });
         }
+        let finished = |found: Transfer| {
+            let all = found.matrix.iter().flatten().chain(&found.impedances);
+            let finite = all.into_iter().all(|jet| jet.value().is_finite());
+            if finite { Ok(found) } else { Err(self.no_value(s)) }
+        };
         if order == Order::Value {
-            let values = Values::new(self, laws, s, work);
+            let values = Values::new(self, laws, s, work)?;
             let alone = |v| value_alone(laws, v);
             let impedances = [from.saturating_sub(1), to.min(n - 1)].map(|i| alone(values.impedance(i)));
-            return Ok(Transfer { matrix: values.matrix([from, to]).map(|row| row.map(alone)), impedances });
+            return finished(Transfer {
+                matrix: values.matrix([from, to]).map(|row| row.map(alone)),
+                impedances,
+            });
         }
-        let at = self.filled(laws, s, order, &mut work.laws);
+        let at = self.filled(laws, s, order, &mut work.laws)?;
         let context = Context::new(self, &work.laws, &at);
         let impedances = [context.impedance(from.saturating_sub(1)), context.impedance(to.min(n - 1))];
         let (one, zero) = (at.space().real(1.0), at.space().real(0.0));
@@ -231,7 +243,7 @@ impl Network {
             }
         }
         let [[a, c], [b, d]] = columns;
-        Ok(Transfer { matrix: [[a, b], [c, d]], impedances })
+        finished(Transfer { matrix: [[a, b], [c, d]], impedances })
     }
 
     /// (p, u) before a place, up to a common factor, as the downstream end wants it.
@@ -256,17 +268,35 @@ impl Network {
         Ok([-&w, v])
     }
 
+    /// An answer that is a number.
+    fn finite(&self, answer: Jet, s: C64) -> Result<Jet, NetworkError> {
+        if answer.value().is_finite() { Ok(answer) } else { Err(self.no_value(s)) }
+    }
+
+    /// Why there is no answer at `s`.
+    fn no_value(&self, s: C64) -> NetworkError {
+        beyond_range(NetworkError::NotFinite { s }, s.re, self.travel_time())
+    }
+
     fn check_place(&self, place: usize) -> Result<(), NetworkError> {
         let segments = self.segments.len();
         let wrong = NetworkError::Slot { slot: crate::slot::Slot::Mu(place), segments };
         if place > segments { Err(wrong) } else { Ok(()) }
     }
 
-    fn filled<K: Coefficients + ?Sized>(&self, k: &K, s: C64, order: Order, laws: &mut Laws) -> At {
+    fn filled<K: Coefficients + ?Sized>(
+        &self,
+        k: &K,
+        s: C64,
+        order: Order,
+        laws: &mut Laws,
+    ) -> Result<At, NetworkError> {
+        self.check_numbers(k)?;
         let at = At::full(s, k.parameters(), order);
         laws.reset(k.laws(), &at);
         k.fill(&at, laws);
-        at
+        self.check_properties(laws)?;
+        Ok(at)
     }
 }
 

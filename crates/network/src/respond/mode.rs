@@ -30,6 +30,7 @@ impl Network {
                 }
             }
         });
+        self.check_properties(&work.laws)?;
         let loudest = pressures.iter().map(|p| p.norm()).fold(reference.norm(), f64::max);
         if !loudest.is_finite() {
             return Err(NetworkError::NotFinite { s: root.s });

@@ -25,7 +25,8 @@ impl Network {
     ///
     /// # Errors
     /// [`NetworkError::Slot`] if a place does not exist;
-    /// [`NetworkError::SilentReference`] if the reference pressure vanishes; [`NetworkError::NotFinite`].
+    /// [`NetworkError::SilentReference`] if the reference pressure vanishes; [`NetworkError::NotFinite`];
+    /// [`NetworkError::NoLaw`] and [`NetworkError::Property`] as [`Network::solve`].
     pub fn respond<K: Coefficients + ?Sized>(
         &self,
         coefficients: &K,
@@ -38,6 +39,7 @@ impl Network {
         if let Some(&place) = places.at.iter().chain([&places.reference]).find(|&&j| j > n) {
             return Err(NetworkError::Slot { slot: crate::slot::Slot::Mu(place), segments: n });
         }
+        self.check_numbers(coefficients)?;
         if order == Order::Value {
             return self.mode_values(coefficients, root, places, work);
         }
@@ -46,6 +48,7 @@ impl Network {
         laws.reset(coefficients.laws(), &at);
         coefficients.fill(&at, laws);
         let laws = &*laws;
+        self.check_properties(laws)?;
         let context = Context::new(self, laws, &at);
         let area_laws = context.area_laws;
         let s = at.s_jet();

@@ -8,6 +8,7 @@ use crate::chain::line::{COSH, MEDIUM, SINH, line, terms};
 use crate::chain::network::{Attachment, DENSITY, Network, SOUND_SPEED};
 use crate::chain::sweep::take;
 use crate::chain::workspace::Workspace;
+use crate::error::NetworkError;
 use pulp::Simd;
 use rijke_numerics::C64;
 
@@ -28,11 +29,13 @@ impl<'a> Values<'a> {
         laws: &K,
         s: C64,
         work: &'a mut Workspace,
-    ) -> Self {
+    ) -> Result<Self, NetworkError> {
+        network.check_numbers(laws)?;
         let at = At::values(s);
         work.laws.reset(laws.laws(), &at);
         laws.fill(&at, &mut work.laws);
-        Self { network, laws: &work.laws, s }
+        network.check_properties(&work.laws)?;
+        Ok(Self { network, laws: &work.laws, s })
     }
 
     /// rho c of segment `i`.

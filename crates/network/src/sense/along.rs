@@ -70,6 +70,17 @@ impl Station {
     }
 }
 
+/// Most stations of one answer.
+const MOST: usize = 10_000_000;
+
+/// Fails for more stations than anyone can use.
+pub(crate) fn bounded(samples: usize, segments: usize) -> Result<(), NetworkError> {
+    match samples.checked_mul(segments) {
+        Some(all) if all <= MOST => Ok(()),
+        _ => Err(NetworkError::Samples { samples, segments, most: MOST }),
+    }
+}
+
 impl Network {
     /// The mode at `root` and its sensitivities at `samples` points of every segment, ends included (at least
     /// 2).
@@ -77,7 +88,9 @@ impl Network {
     /// Cost: two passes over the chain and some thirty products per station.
     ///
     /// # Errors
-    /// [`NetworkError::NotFinite`] where dF/ds vanishes or a law has no value.
+    /// [`NetworkError::NotFinite`] where dF/ds vanishes or a law has no value; [`NetworkError::Samples`] for
+    /// more than ten million stations; [`NetworkError::NoLaw`] and [`NetworkError::Property`] as
+    /// [`Network::solve`].
     pub fn along<K: Coefficients + ?Sized>(
         &self,
         coefficients: &K,
@@ -85,6 +98,8 @@ impl Network {
         samples: usize,
         work: &mut Workspace,
     ) -> Result<Vec<Station>, NetworkError> {
+        bounded(samples, self.segments.len())?;
+        self.check(coefficients, root.s, &mut work.laws)?;
         let mut pieces: Vec<Piece> = Vec::with_capacity(self.segments.len());
         let mut jumps: Vec<Option<([C64; 4], C64)>> = Vec::new();
         let mut state = [C64::ZERO; 2];

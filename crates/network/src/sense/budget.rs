@@ -43,8 +43,9 @@ pub struct Exchange {
 }
 
 impl Budget {
-    /// Sum of all entries minus 2 sigma, relative to the sum of their moduli: zero but for rounding, if s is
-    /// an eigenvalue.
+    /// Sum of all entries minus 2 sigma, relative to the sum of their moduli: zero but for rounding if s is
+    /// an eigenvalue, and only then, as the power that leaves at the downstream end is what its reflection
+    /// coefficient lets pass of the wave that arrives there.
     #[must_use]
     pub fn mismatch(&self) -> f64 {
         let places = self.places.iter().flat_map(|e| e.power);
@@ -59,6 +60,9 @@ impl Network {
     /// The energy budget of the mode at `root`, which must be an eigenvalue. Cost: one sweep.
     ///
     /// Valid for compact feedback with real areas; a complex property of a segment counts by its real part.
+    ///
+    /// # Panics
+    /// If a law is attached that `coefficients` do not have.
     #[must_use]
     pub fn budget<K: Coefficients + ?Sized>(
         &self,
@@ -107,9 +111,12 @@ impl Network {
                 budget.viscous -= 0.5 * area * (z - s * density).re * velocity;
                 budget.thermal -= 0.5 * area * (y - s * compliance).re * pressure;
             }
-            Step::End { p, u, .. } => {
-                // The sweep is past the jump at place N: this is the intensity that leaves.
-                budget.downstream = -0.5 * area * (p.value * u.value.conj()).re;
+            Step::End { p, u, impedances, reflections } => {
+                // The sweep is past the jump at place N. Of what arrives, f, the end sends back R f, which is
+                // the g of the sweep at an eigenvalue alone.
+                let (z, r) = (impedances[1].value, reflections[1].value);
+                let f = 0.5 * (p.value + z * u.value);
+                budget.downstream = -0.5 * area * ((1.0 + r) * f * ((1.0 - r) * f / z).conj()).re;
             }
         });
         let per_energy = energy.recip();

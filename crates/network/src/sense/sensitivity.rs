@@ -73,6 +73,9 @@ struct Passage {
 impl Sensitivities {
     /// The derivative of one output, [`Sensitivities::s`] or one of [`Sensitivities::pressures`], with
     /// respect to one slot of the network, everything else fixed.
+    ///
+    /// # Panics
+    /// If the network has no such slot.
     #[must_use]
     pub fn with_respect_to(&self, output: &Derivatives, slot: Slot) -> C64 {
         let (record, n) = (&self.record, self.record.lines.len());
@@ -166,6 +169,7 @@ impl Network {
         if let Some(&place) = places.at.iter().chain([&places.reference]).find(|&&j| j > n) {
             return Err(NetworkError::Slot { slot: Slot::Mu(place), segments: n });
         }
+        self.check(coefficients, root.s, &mut work.laws)?;
         let record = &mut out.record;
         record.before.clear();
         record.jumps.clear();

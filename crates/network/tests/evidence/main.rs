@@ -25,4 +25,5 @@ mod invariances;
 mod mean_flow;
 mod oscilos;
 mod ranges;
+mod refusals;
 mod spread;

@@ -30,8 +30,12 @@ impl Ping {
     }
 
     /// The ping whose [`Ping::vector`] is `vector`.
+    ///
+    /// # Panics
+    /// If `vector` has fewer than two numbers.
     #[must_use]
     pub fn from_vector(vector: &[f64], reference: usize, covariance: Matrix) -> Self {
+        assert!(vector.len() >= 2, "a ping needs its growth rate and angular frequency");
         let mut pressures: Vec<C64> = vector[2..].chunks_exact(2).map(|p| C64::new(p[0], p[1])).collect();
         pressures.insert(reference.min(pressures.len()), C64::new(1.0, 0.0));
         Self { s: C64::new(vector[0], vector[1]), pressures, reference, covariance }

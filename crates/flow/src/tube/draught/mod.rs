@@ -127,7 +127,11 @@ impl Pipe {
 
 /// A number for which the mass flow can be found: one at a time, or the lanes together.
 pub trait Balanced: Number {
-    /// As [`Pipe::draught`].
+    /// Finds the mass flow through `pipe` with this wall, starting from that in `out`, and leaves the gas at
+    /// that flow there: to `tolerance` in the logarithm of buoyancy over losses.
+    ///
+    /// # Errors
+    /// [`FlowError::NoFlow`] if no flow up to 0.1 kg/s balances.
     fn draught(
         pipe: &Pipe,
         wall: &[Self],

@@ -30,7 +30,7 @@ pub struct FilterOptions {
     pub variant: Variant,
     /// Members; the paper takes 100.
     pub members: usize,
-    /// Keep a snapshot every so many samples.
+    /// Keep a snapshot every so many samples; zero counts as one.
     pub every: usize,
 }
 
@@ -120,7 +120,7 @@ pub fn filter(
                 }
             }
         }
-        if (step + 1) % options.every == 0 || step + 1 == record.samples.len() {
+        if (step + 1) % options.every.max(1) == 0 || step + 1 == record.samples.len() {
             let velocity: Vec<f64> = runs.iter().map(|r| r.velocity).collect();
             let time = (step + 1) as f64 * record.interval;
             let innovations = std::mem::take(&mut recent);
