@@ -1,14 +1,15 @@
-//! Approximations of distributions that compare a variance with a stated one, or a mean with a variance of few
-//! numbers.
+//! Approximations of distributions that compare a variance with a stated one, or a mean with a variance of
+//! few numbers.
 
-/// Share of a chi-squared's cube root: its variance (Wilson & Hilferty, Proc. Natl. Acad. Sci. 17 (1931) 684).
+/// Share of a chi-squared's cube root: its variance (Wilson & Hilferty, Proc. Natl. Acad. Sci. 17 (1931)
+/// 684).
 fn spread(freedom: f64) -> f64 {
     2.0 / (9.0 * freedom)
 }
 
 /// The standard normal number that is exceeded as rarely as a chi-squared of so many degrees of freedom: its
-/// cube root is nearly normal (Wilson & Hilferty 1931). From two degrees of freedom on it is good to 0.05 in the
-/// upper tail down to a probability of 0.001; far down in the lower tail of few degrees it is not.
+/// cube root is nearly normal (Wilson & Hilferty 1931). From two degrees of freedom on it is good to 0.05 in
+/// the upper tail down to a probability of 0.001; far down in the lower tail of few degrees it is not.
 #[must_use]
 pub fn chi_squared_as_normal(chi_squared: f64, freedom: f64) -> f64 {
     ((chi_squared / freedom).cbrt() - (1.0 - spread(freedom))) / spread(freedom).sqrt()

@@ -38,6 +38,16 @@ pub fn few<T: AsRef<str>>(names: &[T], most: usize) -> String {
     }
 }
 
+/// Five digits.
+#[must_use]
+pub fn precise(value: f64) -> String {
+    if value != 0.0 && !(1e-2..1e5).contains(&value.abs()) {
+        return format!("{value:.4e}");
+    }
+    let places = if value == 0.0 { 0.0 } else { 4.0 - value.abs().log10().floor() };
+    format!("{value:.*}", places.max(0.0) as usize)
+}
+
 /// Three digits.
 #[must_use]
 pub fn rounded(value: f64) -> String {
@@ -58,10 +68,15 @@ pub fn fixed(value: f64, places: usize) -> String {
     if text.bytes().all(|b| b"-0.".contains(&b)) { text.trim_start_matches('-').to_owned() } else { text }
 }
 
-/// The known word within two edits of `name` (one for short names), upper and lower case alike, if any.
+/// The known word within two edits of `name` (one for short names, none for a letter), upper and lower case
+/// alike, if any.
 #[must_use]
 pub fn nearest<'a>(name: &str, known: &[&'a str]) -> Option<&'a str> {
-    let allowed = if name.chars().count() > 3 { 2 } else { 1 };
+    let allowed = match name.chars().count() {
+        0 | 1 => 0,
+        2 | 3 => 1,
+        _ => 2,
+    };
     let distance = |word: &str| strsim::levenshtein(&name.to_lowercase(), &word.to_lowercase());
     let (distance, best) = known.iter().map(|k| (distance(k), *k)).min_by_key(|(d, _)| *d)?;
     (distance <= allowed).then_some(best)
@@ -109,6 +124,8 @@ mod tests {
         assert_eq!(with_sd(-1234.56, 7.0), "-1234.6 +- 7.0");
         assert_eq!(with_sd(2.0, 0.0), "2.000000e0 +- 0.0e0");
         assert_eq!(quantity(0.982_848, 1.04e-3, "1"), "0.9828 +- 0.0010");
+        let precise = [0.0, 243.58, 1.0334, -0.0125, 2.3528e-3, -4.2e7].map(precise);
+        assert_eq!(precise, ["0", "243.58", "1.0334", "-0.012500", "2.3528e-3", "-4.2000e7"]);
         let fixed = [-0.0004, -0.0006, 0.0, 12.0].map(|v| fixed(v, 3));
         assert_eq!(fixed, ["0.000", "-0.001", "0.000", "12.000"]);
         let rounded = [0.0, 0.102, 1.557, 123.4, 5.42e-5, 3.5e-10].map(rounded);

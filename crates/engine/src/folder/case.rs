@@ -196,7 +196,7 @@ impl ModeCase {
             let shared = if (counts - stated).abs() > 1e-9 {
                 format!("{counts:.3} K at x = 0 with the errors that the training inferred, {stated:.3} K as stated")
             } else {
-                format!("{stated:.3} K at x = 0 as stated (no error of it that points share was inferred)")
+                format!("{stated:.3} K at x = 0 as stated, errors of factors as the training inferred them")
             };
             format!(
                 "most probable parameters, gas of {shared}; `rijke predict` gives the same modes to first order in these errors, \

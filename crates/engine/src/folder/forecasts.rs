@@ -136,6 +136,11 @@ pub fn how_many<T: Ord>(points: impl Iterator<Item = T>) -> usize {
     points.collect::<BTreeSet<_>>().len()
 }
 
+/// A probability to three digits; below a billionth it is none that a model could know.
+fn probability(p: f64) -> String {
+    rounded(if p < 1e-9 { 0.0 } else { p })
+}
+
 /// Predictions as CSV, a row for each.
 pub fn forecast_csv(study: &Study, found: &[Forecast]) -> Result<String, Failed> {
     let factors = study.campaign.factors.iter().map(|f| format!("{} [{}]", f.name, f.unit_in_print()));
@@ -163,10 +168,10 @@ pub fn forecast_csv(study: &Study, found: &[Forecast]) -> Result<String, Failed>
         let over = |a: &Averaged| [&a.growth_rate[..], &a.angular_frequency, &[a.unstable]].concat();
         let all = f.averaged.as_ref().map(over).unwrap_or_else(|| vec![f64::NAN; averaged.len()]);
         let cell = |v: f64| if v.is_finite() { format!("{v:.6}") } else { String::new() };
-        let unstable = all.last().copied().filter(|p| p.is_finite()).map_or(String::new(), rounded);
+        let unstable = all.last().copied().filter(|p| p.is_finite()).map_or(String::new(), probability);
         let averaged = all.iter().take(averaged.len().saturating_sub(1)).map(|v| cell(*v));
         let averaged = averaged.chain(open.then_some(unstable));
-        row.chain([rounded(f.unstable)]).chain(other).chain(averaged).collect()
+        row.chain([probability(f.unstable)]).chain(other).chain(averaged).collect()
     };
     csv_table(std::iter::once(head.collect()).chain(found.iter().map(row)))
 }

@@ -7,9 +7,10 @@ use super::select::Selected;
 use crate::gaussian::handed_on;
 use crate::{Assembly, EngineError};
 use rijke_formula::{Context, Formula};
+use rijke_network::NetworkError;
 use rijke_numerics::{C64, Jet, Matrix, Order};
 use rijke_study::responses::{ResponseKind, ResponseStage, Responses};
-use rijke_study::{Candidate, Cause, Coefficient, STEP, Study};
+use rijke_study::{Candidate, Cause, Coefficient, STEP, Study, hertz};
 use serde::Serialize;
 use std::sync::Arc;
 
@@ -101,7 +102,7 @@ impl Ground {
         let own = assembly.parameters().iter().map(|p| place(&p.name).ok_or_else(damaged));
         let own: Vec<usize> = own.collect::<Result<_, _>>()?;
         let values: Vec<f64> = own.iter().map(|k| known.mean[*k]).collect();
-        let hertz = match frequency_hz {
+        let at_hz = match frequency_hz {
             [] => band(study, observed, stage)?,
             given => given.to_vec(),
         };
@@ -114,25 +115,20 @@ impl Ground {
             let covariance = joint(&known.covariance, &own, &of_causes);
             for (what, kind) in &asked {
                 let at = |error: &dyn Fn(&Cause) -> f64, order| {
-                    Load::new(&assembly, &moved(study, *point, error)?, kind, &hertz)?.answer(&values, order)
+                    Load::new(&assembly, &moved(study, *point, error)?, kind, &at_hz)?.answer(&values, order)
                 };
-                let here = at(&expected, Order::First)?;
+                let here = at(&expected, Order::First).map_err(|error| no_answer(&stage.id, what, error))?;
                 let beside =
                     |cause: &Cause| at(&|c| expected(c) + if c == cause { STEP } else { 0.0 }, Order::Value);
                 let beside: Vec<Vec<Jet>> = causes.iter().map(beside).collect::<Result<_, _>>()?;
                 for (k, jet) in here.iter().enumerate() {
-                    if !jet.value().is_finite() {
-                        let problem =
-                            format!("the model has no {what} at {} Hz; ask for lower frequencies", hertz[k]);
-                        return Err(EngineError::Refused { stage: stage.id.clone(), problem });
-                    }
                     let slopes = jet.gradient()[..own.len()].iter().copied();
                     let of_errors = beside.iter().map(|there| (there[k].value() - jet.value()) / STEP);
                     let slopes: Vec<C64> = slopes.chain(of_errors).collect();
                     all.push(ResponseForecast {
                         point: study.campaign.points[*point].id.clone(),
                         what: what.clone(),
-                        frequency_hz: hertz[k],
+                        frequency_hz: at_hz[k],
                         value: [jet.value().re, jet.value().im],
                         covariance: spread(&covariance, &slopes),
                         is_reflection: is_reflection(kind),
@@ -141,6 +137,18 @@ impl Ground {
             }
         }
         Ok(all)
+    }
+}
+
+/// The refusal of a frequency at which a model has no answer.
+fn no_answer(stage: &str, what: &str, error: EngineError) -> EngineError {
+    match error {
+        EngineError::Network { source: NetworkError::NotFinite { s }, .. } => {
+            let problem =
+                format!("the model has no {what} at {:.1} Hz; ask for lower frequencies", hertz(s.im));
+            EngineError::Refused { stage: stage.to_owned(), problem }
+        }
+        other => other,
     }
 }
 

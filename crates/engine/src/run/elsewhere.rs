@@ -17,8 +17,8 @@ const T_AMB_SD: &str = "T_amb_sd";
 /// A condition that is asked for.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct AskedPoint {
-    /// Values of factors, SI, with `X_sd` the standard deviation of a factor X, and of `T_amb` and `T_amb_sd`,
-    /// K.
+    /// Values of factors, SI, with `X_sd` the standard deviation of a factor X, and of `T_amb` and
+    /// `T_amb_sd`, K.
     pub values: BTreeMap<String, f64>,
     /// The day whose error of T_amb it shares; without one it has an error of its own.
     pub day: Option<String>,

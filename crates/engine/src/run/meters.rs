@@ -14,8 +14,8 @@ const TOLD: f64 = 0.5;
 const APART: f64 = 3.3;
 
 impl Run {
-    /// Factors whose errors, each drawn anew by what is stated, lie to one side, or are larger than stated, in
-    /// a sentence each.
+    /// Factors whose errors, each drawn anew by what is stated, lie to one side, or are larger than stated,
+    /// in a sentence each.
     pub(super) fn one_sided(&self, found: &Chosen) -> Vec<String> {
         let posterior = found.trained.posterior();
         let displaced = found.observed.iter().flat_map(|o| &o.conditions.displaced).map(|(cause, _)| cause);

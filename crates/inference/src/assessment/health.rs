@@ -82,7 +82,9 @@ impl Health {
             };
             let remedy = match open {
                 Open::ManyImages => "Narrow the prior of the parameter that repeats itself",
-                _ => "Allow more starts, or declare the step by which a parameter repeats itself",
+                _ => {
+                    "Narrow the priors, allow more starts, or declare the step by which a parameter repeats itself"
+                }
             };
             health.warnings.push(format!("{found}: the evidence may be too low. {remedy}"));
         }

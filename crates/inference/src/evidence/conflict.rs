@@ -5,6 +5,7 @@ use crate::error::InferenceError;
 use crate::fit::{Fit, Posterior};
 use crate::numbers::chi_squared_sds;
 use crate::problem::{Parameter, Prior, gaussian};
+use rijke_numerics::words::precise;
 use rijke_numerics::{Cholesky, Matrix, symmetric_eigen};
 use serde::{Deserialize, Serialize};
 
@@ -119,7 +120,7 @@ impl std::fmt::Display for ConflictWarning {
         match self {
             Self::Parameter { parameter, value, unit, sds, carried } => {
                 let unit = if unit == "1" { String::new() } else { format!(" {unit}") };
-                write!(f, "{parameter} = {value:.4e}{unit} lies {sds:+.1} sd from {}", prior(carried))
+                write!(f, "{parameter} = {}{unit} lies {sds:+.1} sd from {}", precise(*value), prior(carried))
             }
             Self::Joint { sds, penalty, carried } => {
                 let prior = if *carried { prior(carried) } else { "their priors" };

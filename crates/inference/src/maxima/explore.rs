@@ -24,7 +24,7 @@ pub(crate) struct Explored {
 /// Why a search may have left maxima out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Open {
-    /// The last batch of starts that was allowed still found a new one.
+    /// The last batch of starts that was allowed still found a new one that counts.
     StillFound,
     /// As many were found as starts do not suffice for.
     FewStarts,
@@ -93,9 +93,9 @@ pub(crate) fn explore(
         }
         let next: Vec<Approach> = waiting.drain(..batch.min(left).min(waiting.len())).collect();
         left -= next.len();
-        let before = search.found.peaks.len();
+        let (peaks, heavy) = (search.found.peaks.len(), search.heavy());
         let new = search.batch(next, Origin::Own);
-        last_new = search.found.peaks.len() > before;
+        last_new = search.heavy() > heavy || search.best_place() >= peaks;
         if new || search.few_for(search.places()) {
             continue;
         }
@@ -187,11 +187,16 @@ impl<'a> Search<'a> {
         places >= MANY && self.found.starts - self.of_images[0] < PER_PLACE * places
     }
 
-    /// Says why there may be more maxima, where a search ends for want of starts.
-    fn close(&mut self, last_new: bool) {
+    /// How many maxima count beside the best one, and that.
+    fn heavy(&self) -> usize {
         let ln = |p: &Peak| p.ln_marginal.unwrap_or(f64::NEG_INFINITY);
         let least = ln(self.best()) + MODE_LIMIT;
-        let heavy = self.found.peaks.iter().filter(|p| ln(p) > least).count();
+        self.found.peaks.iter().filter(|p| ln(p) > least).count()
+    }
+
+    /// Says why there may be more maxima that count, where a search ends for want of starts.
+    fn close(&mut self, last_new: bool) {
+        let heavy = self.heavy();
         if last_new {
             self.found.open = Some(Open::StillFound);
         } else if self.found.open.is_none() && self.few_for(heavy.min(self.places())) {

@@ -7,6 +7,7 @@ use crate::evidence::{Evidence, Laplace};
 use crate::fit::Fit;
 use crate::numbers::shares;
 use crate::problem::Parameters;
+use rijke_numerics::words::precise;
 use serde::{Deserialize, Serialize};
 
 /// A maximum of the posterior beside the best one.
@@ -63,7 +64,7 @@ pub struct Maximum {
 impl std::fmt::Display for Apart {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let unit = if self.unit == "1" { String::new() } else { format!(" {}", self.unit) };
-        write!(f, "{} = {:.4e}{unit} (best {:.4e}{unit})", self.parameter, self.value, self.best)
+        write!(f, "{} = {}{unit} (best {}{unit})", self.parameter, precise(self.value), precise(self.best))
     }
 }
 

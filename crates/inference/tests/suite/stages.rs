@@ -84,7 +84,7 @@ fn behaviour_a_penalty_of_an_early_stage_stays_in_the_number() {
         "{warnings:?}"
     );
     let words = bad.health.warnings.join("; ");
-    assert!(words.contains("eta = 3.7600e0 lies +5.5 sd from its prior"), "{words}");
+    assert!(words.contains("eta = 3.7600 lies +5.5 sd from its prior"), "{words}");
     assert!(warnings.len() == 2 && good.health.conflict.warnings().is_empty());
 }
 

@@ -214,7 +214,7 @@ fn message_bad_responses_are_named_with_place_and_remedy() {
     let mut unsorted = good.clone();
     unsorted.swap(2, 6);
     refused(&text, &unsorted, &["z.txt, line 4", "sort the rows"]);
-    refused(&replaced("f [Hz]", "f"), &good, &["line 3", "unit of `f`", "brackets"]);
+    refused(&replaced("f [Hz]", "f"), &good, &["line 3", "`unit of f`", "brackets"]);
     refused(&replaced("f [Hz]", "f [m]"), &good, &["f [m]"]);
     let levels: Vec<[f64; 3]> =
         good.iter().map(|[f, a, b]| [*f, 20.0 * a.hypot(*b).log10(), b.atan2(*a)]).collect();

@@ -47,8 +47,8 @@ pub(crate) struct LastDecay {
     pub(crate) end: Change,
     /// A fit of its beginning.
     pub(crate) rough: Solution,
-    /// Where what sounds begins, if that is no forcing: a decay in which another mode sounds beside the one of
-    /// interest.
+    /// Where what sounds begins, if that is no forcing: a decay in which another mode sounds beside the one
+    /// of interest.
     pub(crate) decays_from: Option<usize>,
 }
 

@@ -114,7 +114,7 @@ fn from_file(path: &Path) -> Result<Vec<TableRow>, StudyProblem> {
         ("phase", "write it in brackets behind the name: phase [rad] or phase [deg]"),
     ] {
         if let Ok(None) = columns.unit(name) {
-            return Err(StudyProblem::Missing { key: format!("unit of `{name}`"), need });
+            return Err(StudyProblem::Missing { key: format!("unit of {name}"), need });
         }
     }
     let (frequency, phase) = (column("frequency", "Hz")?, column("phase", "rad")?);
@@ -181,7 +181,7 @@ mod tests {
         assert!(plain.iter().zip(&level).all(|(a, b)| (a - b).abs() < 1e-12), "{plain:?} {level:?}");
         assert!(read("frequency [Hz],gain,gain [dB],phase [rad]\n50,1,0,0\n").is_err());
         let bare = read("frequency [Hz],gain,phase\n50,1,0\n100,2,-57\n").unwrap_err().to_string();
-        assert!(bare.contains("unit of `phase`") && bare.contains("phase [deg]"), "{bare}");
+        assert!(bare.contains("`unit of phase` is missing") && bare.contains("phase [deg]"), "{bare}");
         assert!(read("frequency [Hz],gain [Pa],phase [rad]\n50,1,0\n").is_err());
         std::fs::remove_dir_all(folder).unwrap();
     }

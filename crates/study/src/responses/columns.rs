@@ -86,7 +86,7 @@ fn column(text: &str, name: Option<String>) -> Result<Column, StudyProblem> {
         Heading::parse(text).map_err(|source| StudyProblem::Unit { key: text.to_owned(), source })?;
     let Some(unit) = heading.unit else {
         let need = "write it in brackets behind the name: f [Hz], re [1], abs [dB], arg [deg]";
-        return Err(StudyProblem::Missing { key: format!("unit of `{text}`"), need });
+        return Err(StudyProblem::Missing { key: format!("unit of {text}"), need });
     };
     let wanted = match role {
         Role::Frequency => "Hz",

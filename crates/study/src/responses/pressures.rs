@@ -112,7 +112,7 @@ fn column(text: &str, name: String, wanted: &'static str, needed: bool) -> Resul
         Some(unit) => (unit.of(wanted).map_err(fail)?.to_si(1.0), Some(wanted)),
         None if needed => {
             let need = "write it in brackets behind the name: f [Hz], p1_arg [deg]";
-            return Err(StudyProblem::Missing { key: format!("unit of `{text}`"), need });
+            return Err(StudyProblem::Missing { key: format!("unit of {text}"), need });
         }
         None => (1.0, None),
     };
@@ -126,7 +126,7 @@ pub(super) fn read(
     table: &Table,
     band: [f64; 2],
 ) -> Result<(Vec<Heard>, Vec<String>), StudyError> {
-    let file = File::open(path)?;
+    let file = Sheet::of(path)?;
     let frequency_hz = file.numbers(&table.frequency)?;
     let excitations: Vec<String> = match &table.excitation {
         None => vec![String::new(); frequency_hz.len()],
@@ -171,13 +171,13 @@ struct Read {
 }
 
 /// A file of pressures.
-struct File<'a> {
+struct Sheet<'a> {
     path: &'a Path,
     columns: Columns,
 }
 
-impl<'a> File<'a> {
-    fn open(path: &'a Path) -> Result<Self, StudyError> {
+impl<'a> Sheet<'a> {
+    fn of(path: &'a Path) -> Result<Self, StudyError> {
         let columns = Columns::read(path).map_err(|error| unreadable(path, &error))?;
         Ok(Self { path, columns })
     }

@@ -6,7 +6,7 @@ use crate::common::tube::{TUBE, speed};
 use rijke_numerics::C64;
 use std::f64::consts::PI;
 
-/// Lengths of the tube, and another number that matters to nothing, m.
+/// Two lengths, m, of which the tube has the first and a fifth of the second.
 const LENGTHS: [[f64; 2]; 5] = [[1.0, 0.9], [0.9, 0.97], [0.8, 0.87], [0.75, 0.7], [1.1, 0.99]];
 /// Reflection coefficient, with the other sign, of both ends.
 const R: f64 = 0.85;
@@ -19,12 +19,13 @@ fn said(name: &str, columns: impl Fn([f64; 2]) -> [f64; 2]) -> String {
     for (k, both) in LENGTHS.into_iter().enumerate() {
         let [x, y] = columns(both);
         campaign += &format!("p{k},{:.4},{:.4},20\n", 100.0 * x, 100.0 * y);
-        let s = speed() * C64::new(R.ln(), PI) / both[0];
+        let s = speed() * C64::new(R.ln(), PI) / (both[0] + 0.2 * both[1]);
         modes += &format!("p{k},{:.6},0.5,{:.6},0.05\n", s.re, s.im / (2.0 * PI));
     }
     let plan = "name = \"t\"\n[[stage]]\nid = \"s\"\npoints = {}\n";
+    let rig = TUBE.replace("\"x\"", "\"x + 0.2*y\"");
     let files = [
-        ("rig.toml", TUBE),
+        ("rig.toml", rig.as_str()),
         ("campaign.csv", &campaign),
         ("study.toml", plan),
         ("observations/observations.toml", ORIGIN),
@@ -40,6 +41,6 @@ fn message_exchanged_and_halved_columns_are_named() {
     assert!(!right.contains("column"), "{right}");
     let exchanged = said("columns-exchanged", |[x, y]| [y, x]);
     assert!(exchanged.contains("if the columns `x` and `y` of the campaign are exchanged"), "{exchanged}");
-    let halved = said("columns-halved", |[x, y]| [0.5 * x, y]);
-    assert!(halved.contains("if all numbers of the column `x` of the campaign are times 2"), "{halved}");
+    let halved = said("columns-halved", |[x, y]| [x, 0.5 * y]);
+    assert!(halved.contains("if all numbers of the column `y` of the campaign are times 2"), "{halved}");
 }
