@@ -3,7 +3,7 @@
 use crate::law::Effect;
 use crate::names::{MACH, MASS_FLUX, VELOCITY};
 use crate::plan::Base;
-use crate::{Campaign, Candidate, Point, Study, StudyProblem};
+use crate::{Candidate, Point, Study, StudyProblem};
 use rijke_inference::Parameter;
 use rijke_numerics::words::{few, rounded};
 
