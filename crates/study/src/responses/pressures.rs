@@ -254,7 +254,7 @@ impl<'a> Sheet<'a> {
                 re.into_iter().zip(im).map(|(re, im)| C64::new(re, im)).collect()
             }
             Pressure::Polar([modulus, angle]) => {
-                let moduli = self.all(modulus, |r| !(r < 0.0), "zero or more")?;
+                let moduli = self.all(modulus, |r| r >= 0.0 || r.is_nan(), "zero or more")?;
                 let angles = self.numbers(angle)?;
                 moduli.into_iter().zip(angles).map(|(r, a)| C64::from_polar(r, a)).collect()
             }
