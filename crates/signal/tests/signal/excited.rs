@@ -369,7 +369,7 @@ fn behaviour_offsets_of_a_blow_do_not_matter_and_broken_channels_are_refused() {
     let found = fit(&[offset]).unwrap();
     assert_eq!(found.onsets_s, level.onsets_s);
     let [a, b] = [&level, &found].map(|f| f.modes[0].as_ref().unwrap());
-    assert!((a.s - b.s).norm() < 1e-6 && (&a.covariance[(0, 0)] - &b.covariance[(0, 0)]).abs() < 1e-6);
+    assert!((a.s - b.s).norm() < 1e-6 && (a.covariance[(0, 0)] - b.covariance[(0, 0)]).abs() < 1e-6);
     let mut bad = blow.clone();
     bad[0][99] = f64::NAN;
     assert_eq!(fit(&bad), Err(Fault::NotFinite { channel: Channel::Place(0), sample: 99 }));
