@@ -38,6 +38,12 @@ pub fn few<T: AsRef<str>>(names: &[T], most: usize) -> String {
     }
 }
 
+/// The number to so many digits: as short as it can be written then.
+#[must_use]
+pub fn to_digits(value: f64, digits: usize) -> f64 {
+    format!("{value:.*e}", digits.saturating_sub(1)).parse().unwrap_or(value)
+}
+
 /// Five digits.
 #[must_use]
 pub fn precise(value: f64) -> String {
@@ -126,6 +132,7 @@ mod tests {
         assert_eq!(quantity(0.982_848, 1.04e-3, "1"), "0.9828 +- 0.0010");
         let precise = [0.0, 243.58, 1.0334, -0.0125, 2.3528e-3, -4.2e7].map(precise);
         assert_eq!(precise, ["0", "243.58", "1.0334", "-0.012500", "2.3528e-3", "-4.2000e7"]);
+        assert_eq!([to_digits(2.0 / 3.0, 4), to_digits(-48.214_285, 6)], [0.6667, -48.2143]);
         let fixed = [-0.0004, -0.0006, 0.0, 12.0].map(|v| fixed(v, 3));
         assert_eq!(fixed, ["0.000", "-0.001", "0.000", "12.000"]);
         let rounded = [0.0, 0.102, 1.557, 123.4, 5.42e-5, 3.5e-10].map(rounded);

@@ -54,6 +54,12 @@ impl Cause {
         })
     }
 
+    /// The error of a factor that all points share.
+    #[must_use]
+    pub fn of_all_points(factor: &str) -> Self {
+        Self::Factor { name: factor.to_owned(), installation: String::new(), level: String::new() }
+    }
+
     /// Whether its error is that of all installations, wherever they are.
     #[must_use]
     pub fn is_of_many(&self) -> bool {

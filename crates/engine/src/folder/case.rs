@@ -10,6 +10,7 @@ use rijke_network::file::{
 };
 use rijke_network::flow_chain::FlowChain;
 use rijke_network::{Mode, ModeCurves, Modes, NetworkError, Region};
+use rijke_numerics::words::few;
 use rijke_numerics::{C64, Classify, Failed};
 use rijke_study::Study;
 use rijke_study::plan::Stage;
@@ -165,10 +166,10 @@ impl ModeCase {
             return Err(no_stage(name, &study.plan, dir));
         }
         let Some((k, point)) = study.campaign.point(id) else {
-            let some: Vec<&str> = study.campaign.points.iter().take(8).map(|p| p.id.as_str()).collect();
+            let all: Vec<&str> = study.campaign.points.iter().map(|p| p.id.as_str()).collect();
             return Err(Failed::bad_input(format!("there is no operating point called `{id}`"))
                 .at(&dir.join(&study.campaign.file))
-                .remedy(format!("Give one of its names: {} ...", some.join(", "))));
+                .remedy(format!("Give one of its names: {}", few(&all, 8))));
         };
         let last = study.plan.stages.last().map(|s| s.id.as_str());
         let of_it = |s: &&Stage| Some(&*s.id) == last || s.points.holds(&study.campaign, point);

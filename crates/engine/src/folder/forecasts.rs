@@ -136,9 +136,10 @@ pub fn how_many<T: Ord>(points: impl Iterator<Item = T>) -> usize {
     points.collect::<BTreeSet<_>>().len()
 }
 
-/// A probability to three digits; below a billionth it is none that a model could know.
+/// A probability to three digits; below a billionth it is none that a model could know. Empty if it
+/// is not known.
 fn probability(p: f64) -> String {
-    rounded(if p < 1e-9 { 0.0 } else { p })
+    if p.is_finite() { rounded(if p < 1e-9 { 0.0 } else { p }) } else { String::new() }
 }
 
 /// Predictions as CSV, a row for each.
@@ -165,12 +166,12 @@ pub fn forecast_csv(study: &Study, found: &[Forecast]) -> Result<String, Failed>
         let mode = several.then(|| f.mode.clone());
         let row = std::iter::once(f.point.clone()).chain(mode).chain(factors).chain(numbers);
         let other = [0, 1].map(|k| f.other.map_or(String::new(), |o| format!("{:.6}", o[k])));
-        let over = |a: &Averaged| [&a.growth_rate[..], &a.angular_frequency, &[a.unstable]].concat();
-        let all = f.averaged.as_ref().map(over).unwrap_or_else(|| vec![f64::NAN; averaged.len()]);
-        let cell = |v: f64| if v.is_finite() { format!("{v:.6}") } else { String::new() };
-        let unstable = all.last().copied().filter(|p| p.is_finite()).map_or(String::new(), probability);
-        let averaged = all.iter().take(averaged.len().saturating_sub(1)).map(|v| cell(*v));
-        let averaged = averaged.chain(open.then_some(unstable));
+        let cell = |v: &f64| if v.is_finite() { format!("{v:.6}") } else { String::new() };
+        let over = |a: &Averaged| {
+            let numbers = a.growth_rate.iter().chain(&a.angular_frequency).map(cell);
+            numbers.chain([probability(a.unstable)]).collect()
+        };
+        let averaged = f.averaged.as_ref().map_or_else(|| vec![String::new(); averaged.len()], over);
         row.chain([probability(f.unstable)]).chain(other).chain(averaged).collect()
     };
     csv_table(std::iter::once(head.collect()).chain(found.iter().map(row)))

@@ -146,8 +146,8 @@ impl Left {
         }
         if let Some(power) = self.grows() {
             remarks.push(format!(
-                "the residuals grow with the numbers, by the power {power:.1} of their modulus, and the noise counts as one for all: parameters and leads are \
-                 too sure, by a factor of two where the moduli differ by ten; give every row its deviation (a column `sd`), such as 3 % of the modulus"
+                "the residuals grow with the modulus of the data, to the power {power:.1}, but one noise is taken for all: standard deviations are too small, by a \
+                 factor of two over a decade of moduli; give every row its standard deviation (a column `sd`), such as 3 % of the modulus"
             ));
         } else {
             remarks.extend(stray(measured, &self.distances));
@@ -240,6 +240,11 @@ mod tests {
     use rijke_numerics::Streams;
     use std::f64::consts::FRAC_1_SQRT_2;
 
+    fn load(values: Vec<C64>, sd: Vec<f64>) -> Measured {
+        let frequency_hz = (0..values.len()).map(|k| k as f64).collect();
+        Measured { label: String::new(), session: 0, unknown_sources: false, frequency_hz, values, sd }
+    }
+
     /// Two hundred numbers of which the second half was measured a hundred times as badly; beside the noise
     /// the first half is off by `own` and the second by `other` of its standard deviations.
     fn left_of(own: f64, other: f64) -> Left {
@@ -254,14 +259,7 @@ mod tests {
             C64::new(1.0, 0.0) + C64::new(normal() + off(k), normal()) * sd * std::f64::consts::SQRT_2
         };
         let values = sd.iter().enumerate().map(value).collect();
-        let measured = Measured {
-            label: String::new(),
-            session: 0,
-            unknown_sources: false,
-            frequency_hz: (0..200).map(f64::from).collect(),
-            values,
-            sd,
-        };
+        let measured = load(values, sd);
         let rest = Rest { noise: &[], kernel: None };
         left(&[measured], vec![vec![C64::new(1.0, 0.0); 200]], rest)
     }
@@ -292,14 +290,7 @@ mod tests {
             let model: Vec<C64> =
                 (0..60).map(|k| C64::new(0.1 * 10_f64.powf(f64::from(k) / 59.0), 0.0)).collect();
             let values = model.iter().map(|z| z + size(z.norm()) * C64::new(normal(), normal())).collect();
-            let measured = Measured {
-                label: String::new(),
-                session: 0,
-                unknown_sources: false,
-                frequency_hz: (0..60).map(f64::from).collect(),
-                values,
-                sd: Vec::new(),
-            };
+            let measured = load(values, Vec::new());
             left(&[measured], vec![model], Rest { noise: &[], kernel: None }).grows()
         };
         let proportional = power(&|z| 0.03 * z).unwrap();

@@ -59,7 +59,9 @@ pub fn modes_at(
                     read.factors[k] += error * point_of.factor_sds[k];
                 }
             }
-            conditions = conditions_of(&read)?;
+            if !conditions.displaced.is_empty() {
+                conditions = conditions_of(&read)?;
+            }
             conditions.base = posterior.as_inferred(&conditions.base);
             let known = posterior.gaussian;
             let value = |p: &Parameter| {
@@ -147,10 +149,7 @@ impl<'a> Asked<'a> {
             match found {
                 Ok(modes) => all.extend(modes.into_iter().map(|mode| (*k, mode))),
                 Err(why) => {
-                    lost.push(Unpredicted {
-                        point: self.ready.known.study.campaign.points[*k].id.clone(),
-                        why,
-                    });
+                    lost.push(Unpredicted { point: self.ready.id(*k).clone(), why });
                 }
             }
         }
@@ -175,7 +174,7 @@ impl<'a> Asked<'a> {
             match found.and_then(apart) {
                 Ok(forecast) => forecasts.push(forecast),
                 Err(why) => {
-                    let point = self.ready.known.study.campaign.points[*k].id.clone();
+                    let point = self.ready.id(*k).clone();
                     failures.push(Unpredicted { point, why });
                 }
             }
@@ -226,7 +225,7 @@ impl<'a> Asked<'a> {
     /// The mode at a point that grows fastest of those that are not among `forecasts`: growth rate, 1/s, and
     /// frequency, Hz.
     fn other(&self, k: usize, forecasts: &[Forecast]) -> Option<([f64; 2], Option<BeyondTable>)> {
-        let id = &self.ready.known.study.campaign.points[k].id;
+        let id = self.ready.id(k);
         let here = forecasts.iter().filter(|f| f.point == *id);
         let predicted = here.map(|f| C64::new(f.growth_rate[0], f.angular_frequency[0]));
         let conditions = self.ready.conditions(k).ok()?;

@@ -2,6 +2,7 @@
 
 use super::elsewhere::T_AMB;
 use rijke_numerics::range;
+use rijke_numerics::words::to_digits;
 use rijke_study::{Point, Study, unit_behind};
 
 /// A factor of a point beyond those of the points that trained a model.
@@ -26,7 +27,7 @@ impl Beyond {
     #[must_use]
     pub fn words(&self) -> String {
         let Self { point, factor, unit, part, .. } = self;
-        let [value, low, high] = [self.value, self.trained[0], self.trained[1]].map(shortened);
+        let [value, low, high] = [self.value, self.trained[0], self.trained[1]].map(|v| to_digits(v, 6));
         let unit = unit_behind(unit);
         match part {
             Some(part) => format!(
@@ -37,11 +38,6 @@ impl Beyond {
             ),
         }
     }
-}
-
-/// A number to six digits.
-fn shortened(value: f64) -> f64 {
-    format!("{value:.5e}").parse().unwrap_or(value)
 }
 
 /// How far the ambient temperature may lie from all that trained, K: that of another season. The sound speed

@@ -2,6 +2,7 @@
 
 use crate::EngineError;
 use rijke_numerics::range;
+use rijke_numerics::words::to_digits;
 use rijke_rig::Day;
 use rijke_study::plan::{Base, MapGrid, Selection};
 use rijke_study::{Campaign, Factor, Point, SURROUNDINGS, Study};
@@ -49,7 +50,7 @@ impl AskedPoint {
 fn as_typed(value: f64) -> String {
     const TYPED: usize = 9;
     let all = value.to_string();
-    if all.len() <= TYPED { all } else { format!("{value:.5e}").parse().unwrap_or(value).to_string() }
+    if all.len() <= TYPED { all } else { to_digits(value, 6).to_string() }
 }
 
 /// The nodes of a map, row after row of its vertical factor. All else is the same at every node: what `at`

@@ -1,6 +1,7 @@
 //! A table of numbers with names and units: what answers consist of, what figures draw, what claims are
 //! about.
 
+use rijke_numerics::words::to_digits;
 use serde::{Deserialize, Serialize};
 
 /// A table of numbers.
@@ -68,8 +69,7 @@ impl FrameColumn {
     #[must_use]
     pub fn shown_of(&self, value: f64) -> f64 {
         let Some(ShownUnit { zero, one, .. }) = &self.shown else { return value };
-        let shown = (value - zero) / one;
-        format!("{shown:.11e}").parse().unwrap_or(shown)
+        to_digits((value - zero) / one, 12)
     }
 }
 

@@ -155,12 +155,12 @@ pub(super) fn conditions_or_ambient(
         let mut moved = Point { factor_sds: vec![0.0; point.factors.len()], ..point.clone() };
         moved.factors[k] += STEP * sd;
         let name = factor.name.clone();
-        let (installation, level) = if study.plan.common_errors.contains(&name) {
-            (String::new(), String::new())
-        } else {
-            (point.installation.clone(), value.to_string())
+        let cause = match study.plan.common_errors.contains(&name) {
+            true => Cause::of_all_points(&name),
+            false => {
+                Cause::Factor { name, installation: point.installation.clone(), level: value.to_string() }
+            }
         };
-        let cause = Cause::Factor { name, installation, level };
         let state = inferred.map(|s| s.moved.iter().find(|(factor, _)| *factor == k).map_or(s, |(_, s)| s));
         Ok((cause, Arc::new(conditions_or_ambient(study, &moved, state, Some(ambient))?)))
     });

@@ -48,9 +48,7 @@ impl Run {
         let (posterior, campaign) = (found.trained.posterior(), &self.study.campaign);
         let one = |name: &String| {
             let factor = campaign.factor(name)?;
-            let (installation, level) = (String::new(), String::new());
-            let [error, sd] =
-                posterior.error_of(&Cause::Factor { name: name.clone(), installation, level })?;
+            let [error, sd] = posterior.error_of(&Cause::of_all_points(name))?;
             let first = found.observed.first().map(|o| &o.conditions.point)?;
             let stated = first.factor_sds[factor];
             let unit = campaign.factors[factor].unit_in_print();

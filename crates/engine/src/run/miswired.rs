@@ -15,7 +15,7 @@ const FAR: f64 = 0.05;
 /// Nats that data put right must gain to be told of.
 pub(super) const LEADS: f64 = 10.0;
 /// Data that are put right lie at most this part as far from the model that was fitted to the wrong ones.
-const NEARER: f64 = 0.5;
+pub(super) const NEARER: f64 = 0.5;
 /// A fault of some points explains more than one of all points only if it leaves less than this part.
 const SIMPLER: f64 = 0.9;
 

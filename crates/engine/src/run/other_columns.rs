@@ -1,9 +1,9 @@
 //! Columns of the campaign that were exchanged, or hold twice or half of what is meant, as diameters for
 //! radii do: by training again with the numbers put right.
 
-use super::course::{Chosen, Run, StandsOn, Trusted};
+use super::course::{Chosen, Run};
 use super::inputs::conditions_or_ambient;
-use super::miswired::LEADS;
+use super::miswired::{LEADS, NEARER};
 use crate::noise::measured_sd;
 use crate::rows::Row;
 use crate::{EngineError, Observed};
@@ -16,9 +16,6 @@ use std::sync::Arc;
 /// question.
 const LARGE: f64 = 3.0;
 const PART: f64 = 5e-3;
-
-/// Data that are put right lie at most this part as far from the model that was fitted to the wrong ones.
-const NEARER: f64 = 0.5;
 
 /// Most columns that are asked about: every pair of one unit is trained once.
 const COLUMNS: usize = 5;
@@ -79,15 +76,12 @@ impl Run {
         }
         let mut best: Option<(Slip, f64)> = None;
         for slip in self.slips(found) {
-            self.go_on()?;
             // Numbers that no rig can have are no slip of this kind.
             let Ok(points) = self.with_columns(found, slip) else { continue };
-            let stands_on = StandsOn::one(found.known.clone(), Arc::new(points));
-            let Ok(other) = self.train_row(stage, row, stands_on, Trusted::Laplace) else { continue };
-            let gain = other.trained.evidence.ln_marginal - found.trained.evidence.ln_marginal;
+            let Some(other) = self.with_data(stage, row, found, points)? else { continue };
             let nearer = other.misfit[1] < NEARER * found.misfit[1];
-            if nearer && gain > best.map_or(LEADS, |(_, most)| most) {
-                best = Some((slip, gain));
+            if nearer && other.gain > best.map_or(LEADS, |(_, most)| most) {
+                best = Some((slip, other.gain));
             }
         }
         Ok(best.map(|(slip, gain)| {

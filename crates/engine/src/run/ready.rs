@@ -73,6 +73,11 @@ impl<'a> Ready<'a> {
         conditions(study, &study.campaign.points[k], states.get(&k), ambient[k].or(self.usual))
     }
 
+    /// Name of a point of the campaign.
+    pub(super) fn id(&self, k: usize) -> &String {
+        &self.known.study.campaign.points[k].id
+    }
+
     /// The most probable parameters of the model.
     pub(super) fn values(&self) -> &[f64] {
         &self.posterior.gaussian.mean[..self.assembly.parameters().len()]

@@ -101,6 +101,14 @@ impl Reading {
     }
 }
 
+/// A model that was trained again on other data.
+pub(super) struct Again {
+    /// What it gains, nats.
+    pub(super) gain: f64,
+    /// Its misfit, what was measured included.
+    pub(super) misfit: [f64; 3],
+}
+
 impl Run {
     /// What a model gains with the data turned, each in a sentence: where it misses the growth rates by far,
     /// if they are another number of the decay; where its imaginary parts of the pressures are nearer to
@@ -173,12 +181,24 @@ impl Run {
         found: &Chosen,
         change: &dyn Fn(&mut Observed),
     ) -> Result<Option<f64>, EngineError> {
-        self.go_on()?;
         let mut points = found.observed.to_vec();
         points.iter_mut().for_each(change);
+        Ok(self.with_data(stage, row, found, points)?.map(|other| other.gain))
+    }
+
+    /// The model trained again on other `points`; none where it cannot be.
+    pub(super) fn with_data(
+        &self,
+        stage: &Stage,
+        row: &Row,
+        found: &Chosen,
+        points: Vec<Observed>,
+    ) -> Result<Option<Again>, EngineError> {
+        self.go_on()?;
         let stands_on = StandsOn::one(found.known.clone(), Arc::new(points));
         let Ok(other) = self.train_row(stage, row, stands_on, Trusted::Laplace) else { return Ok(None) };
-        Ok(Some(other.trained.evidence.ln_marginal - found.trained.evidence.ln_marginal))
+        let gain = other.trained.evidence.ln_marginal - found.trained.evidence.ln_marginal;
+        Ok(Some(Again { gain, misfit: other.misfit }))
     }
 
     /// True if the imaginary parts that a model predicts are nearer to the measured ones with the other sign.

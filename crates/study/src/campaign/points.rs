@@ -2,7 +2,7 @@
 
 use crate::StudyProblem;
 use crate::source::listed;
-use rijke_numerics::words::few;
+use rijke_numerics::words::{few, to_digits};
 use rijke_rig::Unit;
 use std::collections::BTreeMap;
 
@@ -50,7 +50,7 @@ impl Factor {
     /// A number of it in the unit of the file, to twelve digits: 410 of mm for 0.41.
     #[must_use]
     pub fn shown_of(&self, value: f64) -> f64 {
-        rounded((value - self.shown.offset()) / self.shown.factor(), 12)
+        to_digits((value - self.shown.offset()) / self.shown.factor(), 12)
     }
 
     /// Name, number and unit as the file has them: `x_g = 410 mm`.
@@ -62,7 +62,7 @@ impl Factor {
     /// As [`Self::said`], to so many digits of the number as it is shown.
     #[must_use]
     pub fn said_to(&self, value: f64, digits: usize) -> String {
-        let shown = rounded(self.shown_of(value), digits);
+        let shown = to_digits(self.shown_of(value), digits);
         format!("{} = {shown}{}", self.name, unit_behind(self.shown.text()))
     }
 }
@@ -71,11 +71,6 @@ impl Factor {
 #[must_use]
 pub fn unit_behind(unit: &str) -> String {
     if unit == "1" { String::new() } else { format!(" {unit}") }
-}
-
-/// To so many digits: what a unit's factor leaves beyond twelve is rounding.
-fn rounded(value: f64, digits: usize) -> f64 {
-    format!("{value:.*e}", digits - 1).parse().unwrap_or(value)
 }
 
 /// One operating point.

@@ -1,6 +1,7 @@
 //! Measured functions of frequency as texts of formulas. Must not know where they act.
 
 use crate::StudyProblem;
+use crate::rig::number;
 use rijke_numerics::rational::{Doubt, Table, TableRow, doubt};
 use rijke_rig::Columns;
 use std::path::Path;
@@ -88,10 +89,6 @@ impl Measured {
             format!("the search from {low} to {high} Hz leaves its table, from {first} to {last} Hz: there its fit extrapolates")
         })
     }
-}
-
-fn number(value: &Toml) -> Option<f64> {
-    value.as_float().or_else(|| value.as_integer().map(|i| i as f64))
 }
 
 /// The heading of gains in decibels, 20 log10 of the gain.

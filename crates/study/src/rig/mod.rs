@@ -16,5 +16,5 @@ pub use gas::GasModel;
 pub use part::{Duct, Instruments, Part, Shape};
 pub use resolve::{DuctAt, PartAt, RigAtPoint};
 pub use value::Value;
-pub(crate) use value::{interpolate, pairs};
+pub(crate) use value::{interpolate, number, pairs};
 pub use whole::Rig;

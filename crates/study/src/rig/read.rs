@@ -14,7 +14,7 @@ use self::recording::Recording;
 use super::gas::GasModel;
 use super::oscilos::Folder;
 use super::part::{Instruments, Part, Shape};
-use super::value::{Reader, Value};
+use super::value::{Reader, Value, number};
 use super::whole::Rig;
 use crate::campaign::COLDEST;
 use crate::doubtful::late;
@@ -365,7 +365,6 @@ impl Reading<'_> {
 
 /// [re, im] as a formula.
 fn complex(value: Toml) -> Toml {
-    let number = |v: &Toml| v.as_float().or_else(|| v.as_integer().map(|i| i as f64));
     match value.as_array().map(Vec::as_slice) {
         Some([re, im]) => match (number(re), number(im)) {
             (Some(re), Some(im)) => Toml::String(format!("({re:e}) + i*({im:e})")),

@@ -40,9 +40,13 @@ impl Value {
     }
 }
 
+/// A plain number, whole or not.
+pub(crate) fn number(value: &Toml) -> Option<f64> {
+    value.as_float().or_else(|| value.as_integer().map(|i| i as f64))
+}
+
 /// The numbers x and y of the rows of a table.
 pub(crate) fn pairs(rows: &[Toml]) -> Option<Vec<[f64; 2]>> {
-    let number = |v: &Toml| v.as_float().or_else(|| v.as_integer().map(|i| i as f64));
     let row = |row: &Toml| match row.as_array().map(Vec::as_slice) {
         Some([x, y]) => Some([number(x)?, number(y)?]),
         _ => None,

@@ -5,6 +5,7 @@ use crate::point::Probed;
 use crate::{Assembly, Conditions, EngineError, Observed, PointModel};
 use rayon::prelude::*;
 use rijke_network::Workspace;
+use rijke_numerics::words::to_digits;
 use rijke_numerics::{C64, InOrder};
 use rijke_rig::ModeRows;
 use rijke_study::names::{DENSITY, SOUND_SPEED};
@@ -304,9 +305,7 @@ fn factors(campaign: &Campaign, observed: &[Observed], probed: &[Probed]) -> Vec
         };
         if largest > 0.0 && largest.is_finite() && !all.iter().any(|(_, other)| parallel(other)) {
             let unit = unit_behind(&unit);
-            // Four digits, as short as they can be written.
-            let shown = format!("{largest:.3e}").parse().unwrap_or(largest);
-            all.push((format!("{name}/({shown}{unit})"), scaled));
+            all.push((format!("{name}/({}{unit})", to_digits(largest, 4)), scaled));
         }
     }
     all

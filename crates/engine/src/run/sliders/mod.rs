@@ -18,6 +18,7 @@ use super::record::StageRecord;
 use crate::{Assembly, Conditions, EngineError, Misfit, Observed, PointModel, SavedModel};
 use rayon::prelude::*;
 use rijke_network::Workspace;
+use rijke_numerics::words::to_digits;
 use rijke_numerics::{C64, InOrder, Order};
 use rijke_study::{ObservedModes, Study};
 use script::{Script, ka};
@@ -347,7 +348,7 @@ impl<'a> Model<'a> {
 
 /// Six digits are enough of a setting and of a measured number.
 fn short(x: f64) -> f64 {
-    format!("{x:.5e}").parse().unwrap_or(x)
+    to_digits(x, 6)
 }
 
 /// Number `k` of dimension `d` of `n` of Kronecker's sequence whose ratios are powers of the root of

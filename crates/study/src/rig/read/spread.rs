@@ -4,7 +4,7 @@ use super::Reading;
 use crate::StudyProblem;
 use crate::law::Spread;
 use crate::rig::elements::fault_of;
-use crate::rig::value::Value;
+use crate::rig::value::{Value, number};
 use crate::source::Outcome;
 use std::ops::Range;
 use toml::{Table, Value as Toml};
@@ -70,7 +70,6 @@ impl Reading<'_> {
 
 /// Heat per length at equally spaced points; none if no heat is there.
 fn density(given: &Toml) -> Option<Vec<f64>> {
-    let number = |v: &Toml| v.as_float().or_else(|| v.as_integer().map(|i| i as f64));
     let sound = |v: &f64| v.is_finite() && *v >= 0.0;
     let all: Option<Vec<f64>> = given.as_array()?.iter().map(|v| number(v).filter(sound)).collect();
     all.filter(|all| all.iter().any(|v| *v > 0.0))

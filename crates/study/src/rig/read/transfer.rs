@@ -5,6 +5,7 @@ use super::owner::Owner;
 use crate::StudyProblem;
 use crate::law::Measured;
 use crate::rig::elements::{FUNCTION, transfer};
+use crate::rig::value::number;
 use crate::rig::value::{Given, Value};
 use crate::source::Outcome;
 use rijke_numerics::has_growing_root;
@@ -73,8 +74,7 @@ impl Reading<'_> {
         }
         for (key, unit, value) in [("delay", "s", &delay), ("cutoff_hz", "Hz", &cutoff)] {
             if let Some(value) = value {
-                let number = value.as_float().or_else(|| value.as_integer().map(|i| i as f64));
-                self.delays.extend(number.filter(|_| key == "delay").map(|delay| (at.clone(), delay)));
+                self.delays.extend(number(value).filter(|_| key == "delay").map(|delay| (at.clone(), delay)));
                 all.extend(self.defined(owner, key, unit, value, at)?);
             }
         }
