@@ -55,7 +55,7 @@ impl Formula {
     /// real.
     #[must_use]
     pub fn real(&self, numbers: &[f64]) -> f64 {
-        match evaluate::folded(&self.program, numbers).as_slice() {
+        match evaluate::folded(&self.program, numbers, &[]).as_slice() {
             [Operation::Number(z)] if z.im == 0.0 => z.re,
             _ => f64::NAN,
         }
@@ -65,7 +65,14 @@ impl Formula {
     /// neither s nor a parameter enters. A name whose value is NaN stays a name.
     #[must_use]
     pub fn at(&self, numbers: &[f64]) -> Self {
-        Self { source: self.source.clone(), program: evaluate::folded(&self.program, numbers) }
+        self.of_s(numbers, &[])
+    }
+
+    /// The same formula as a function of s alone, where the parameters have these values, too: for many
+    /// values of s.
+    #[must_use]
+    pub fn of_s(&self, numbers: &[f64], parameters: &[f64]) -> Self {
+        Self { source: self.source.clone(), program: evaluate::folded(&self.program, numbers, parameters) }
     }
 
     /// g such that the value is g times something that is the same at all places, if the form of the
@@ -89,6 +96,18 @@ impl Formula {
     #[must_use]
     pub fn uses_parameter(&self, index: usize) -> bool {
         self.program.contains(&Operation::Parameter(index))
+    }
+
+    /// Whether nothing but sums, products, quotients, square roots and powers by what does not depend on s are
+    /// in it.
+    #[must_use]
+    pub fn is_algebraic(&self) -> bool {
+        let of_s = |operations: &[Operation]| operations.iter().any(|o| matches!(o, Operation::Analytic(_)));
+        self.program.iter().enumerate().all(|(k, operation)| match operation {
+            Operation::Call(function) => *function == Function::Sqrt,
+            Operation::Binary(Binary::Power) => !of_s(&self.program[evaluate::start(&self.program, k)..k]),
+            _ => true,
+        })
     }
 
     /// Everything that it divides by and that depends on s, inner divisors before those that contain them:

@@ -1,9 +1,8 @@
 //! Ends and walls that the file of the rig and a candidate bring together: their laws add up.
 
-use super::fill::Filled;
 use super::model::{LawAt, PointModel};
 use crate::assembly::part_of_wall;
-use rijke_network::{At, Coefficients as _, Laws, Slot};
+use rijke_network::Slot;
 use rijke_numerics::C64;
 use rijke_study::Coefficient;
 
@@ -81,16 +80,5 @@ impl PointModel<'_> {
         said.sort();
         said.dedup();
         said
-    }
-
-    /// Values of all laws at s = i omega; nothing in rigs whose lengths are unknown.
-    pub(super) fn law_values(&self, values: &[f64], omega: f64) -> Vec<C64> {
-        if self.shape.is_some() || values.len() != self.assembly.parameters().len() {
-            return Vec::new();
-        }
-        let (at, mut laws) = (At::search(C64::new(0.0, omega)), Laws::default());
-        laws.reset(self.laws.len(), &at);
-        Filled::new(self, values).fill(&at, &mut laws);
-        (0..self.laws.len()).map(|k| laws.value(k)).collect()
     }
 }

@@ -155,9 +155,10 @@ impl<'m> Coefficients for Filled<'m> {
             let owner = [law.candidate, law.around];
             // The pieces of a spread flame have the poles of the first.
             let has = !effect.place.is_along() && !self.model.spread.iter().any(|flame| flame.repeats(k));
-            has.then_some(Acting { law: k, owner, formula: &effect.law })
+            let (around, numbers) = (&self.model.surroundings[law.around], &self.numbers[law.candidate]);
+            has.then(|| Acting { law: k, owner, formula: effect.law.of_s(around, numbers) })
         };
-        let acting: Vec<Acting<'_>> = self.in_order().filter_map(acting).collect();
+        let acting: Vec<Acting> = self.in_order().filter_map(acting).collect();
         let mut all = poles(&acting, region, self.model.spacing, |k, part, s| {
             let law = &self.model.laws[k];
             let s = ComplexDual { value: s, slope: C64::ONE };
@@ -165,7 +166,7 @@ impl<'m> Coefficients for Filled<'m> {
             analytic[S] = Some(&s);
             let numbers = &self.model.surroundings[law.around];
             let here = Here { space: JetSpace::new(1, Order::First), numbers, analytic: &analytic };
-            let found = part.evaluate_in_s(&here, &self.numbers[law.candidate]);
+            let found = part.evaluate_in_s(&here, &[]);
             [found.value, found.slope]
         });
         self.poles_of_heard(&mut all, region)?;

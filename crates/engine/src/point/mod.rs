@@ -5,6 +5,7 @@ mod cuts;
 mod doubled;
 mod fill;
 mod hear;
+mod law;
 mod model;
 mod nearer;
 mod poles;

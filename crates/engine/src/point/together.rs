@@ -33,7 +33,9 @@ pub(crate) fn respond_together(
         return Ok(all);
     }
     let guesses: Vec<C64> = models.iter().map(|m| m.guess).collect();
-    let Some(assigned) = models[0].assigned(values, &guesses, work) else { return Ok(all) };
+    // One of two that end at one mode has another, which lies no nearer: a search ends at what is near.
+    let moved = guesses.iter().zip(&roots).map(|(guess, root)| (guess - root).norm()).fold(0.0, f64::max);
+    let Some(assigned) = models[0].assigned(values, &guesses, moved, work) else { return Ok(all) };
     let again = models.iter().zip(&assigned).map(|(m, s)| m.respond_near(values, *s, order, work));
     // A mode that is lost on the way leaves what was found before, which is refused later if it stays.
     Ok(again.collect::<Result<Vec<_>, _>>().unwrap_or(all))
@@ -46,12 +48,19 @@ fn has_twins(roots: &[C64]) -> bool {
 
 impl PointModel<'_> {
     /// A mode of the model for every guess, no two the same; none where there are fewer modes than guesses.
-    pub(crate) fn assigned(&self, values: &[f64], guesses: &[C64], work: &mut Workspace) -> Option<Vec<C64>> {
+    /// The first search reaches at least to `beyond` from the guesses, rad/s.
+    pub(crate) fn assigned(
+        &self,
+        values: &[f64],
+        guesses: &[C64],
+        beyond: f64,
+        work: &mut Workspace,
+    ) -> Option<Vec<C64>> {
         let filled = self.filled(values).ok()?;
         let ends = |of: &dyn Fn(&C64) -> f64| range(guesses.iter().map(of));
         let (growth, omega) = (ends(&|g| g.re), ends(&|g| g.im));
         let spacing = self.spacing();
-        let mut distance = CLOSE * spacing;
+        let mut distance = beyond.clamp(CLOSE * spacing, spacing.max(BESIDE));
         loop {
             let widest = distance >= spacing.max(BESIDE);
             let (beside, above) = (distance.min(BESIDE), distance.min(spacing));

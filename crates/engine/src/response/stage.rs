@@ -207,6 +207,7 @@ impl ResponseRun {
             TrainedParameter::of(p, value, p.sd_about(value, covariance[(i, i)].sqrt()))
         };
         record.parameters = parameters.list().iter().enumerate().map(parameter).collect();
+        TrainedParameter::tie(&mut record.parameters, covariance);
         record.errors = responses.errors.causes.len();
         record.channels = responses.channels.parameters.len();
         record.noise.clone_from(&fit.noise);

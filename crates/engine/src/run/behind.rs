@@ -1,6 +1,7 @@
 //! Models that lose by a prior which the data contradict.
 
-use super::record::{StageRecord, TrainedParameter};
+use super::parameter::TrainedParameter;
+use super::record::StageRecord;
 
 /// The models, by name, ln evidence and parameters, that a prior keeps from the first place, a sentence each:
 /// the data contradict the prior of a parameter, and without its penalty, half the square of the distance,
@@ -35,7 +36,7 @@ impl StageRecord {
 
 #[cfg(test)]
 mod tests {
-    use super::super::record::TrainedParameter;
+    use super::super::parameter::TrainedParameter;
     use super::behind_by_a_prior;
     use rijke_inference::{Parameter, Prior};
 

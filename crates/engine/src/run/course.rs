@@ -1,6 +1,7 @@
 //! A study with what has been trained of it so far.
 
-use super::record::{CarriedOn, ModelRecord, TrainedParameter};
+use super::parameter::TrainedParameter;
+use super::record::{CarriedOn, ModelRecord};
 use crate::observed::Used;
 use crate::response::Ground;
 use crate::rows::Choice;

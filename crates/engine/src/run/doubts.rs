@@ -1,7 +1,7 @@
 //! What speaks against a model although its evidence may be the best: sentences for people.
 
 use super::apart::{Apart, Common, Held};
-use super::record::TrainedParameter;
+use super::parameter::TrainedParameter;
 use crate::noise::measured_sd;
 use crate::{BeyondTable, Observed};
 use rijke_inference::{Parameter, Prior};
@@ -102,11 +102,9 @@ pub(super) fn doubts(
 }
 
 /// Modes that rest on the extrapolation of a measured table.
-pub(super) fn beyond_tables<'a>(
-    mut all: impl Iterator<Item = (&'a Observed, BeyondTable)>,
-) -> Option<String> {
-    let (first, table) = all.next()?;
-    let (count, point) = (1 + all.count(), &first.conditions.id);
+pub(super) fn beyond_tables<'a>(mut all: impl Iterator<Item = (&'a str, BeyondTable)>) -> Option<String> {
+    let (point, table) = all.next()?;
+    let count = 1 + all.count();
     let modes =
         if count == 1 { "one measured mode lies".into() } else { format!("{count} measured modes lie") };
     Some(format!("{modes} beyond a table, where its fit extrapolates; at {point}: {table}"))

@@ -3,7 +3,7 @@
 use super::combined::{assembly_of, first_of_responses, rows_of};
 use super::inputs::{ambient_of_all, conditions_or_ambient, lacks_state, states};
 use super::meant::GROWTH_RATE;
-use super::record::UNIDENTIFIED;
+use super::parameter::UNIDENTIFIED;
 use crate::rows::{Choice, Row};
 use crate::{Assembly, Conditions, EngineError, PointModel};
 use rayon::prelude::*;

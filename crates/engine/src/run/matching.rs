@@ -38,7 +38,7 @@ pub(super) fn check_modes(
                 let one = |(m, o): (&PointModel<'_>, &Observed)| {
                     let work = &mut Workspace::default();
                     let near = m.respond(&values, Order::Value, work).ok().map(|r| r.s.value().im);
-                    near.or_else(|| Some(m.assigned(&values, &[o.near], work)?[0].im))
+                    near.or_else(|| Some(m.assigned(&values, &[o.near], 0.0, work)?[0].im))
                 };
                 models.iter().zip(*group).map(one).collect::<Vec<_>>()
             }

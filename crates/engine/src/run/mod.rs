@@ -37,6 +37,7 @@ mod miswired;
 mod next;
 mod once;
 mod other_columns;
+mod parameter;
 mod predicted;
 mod ready;
 mod recognised;
@@ -71,11 +72,10 @@ pub use next::{
     Aim, Lead, Leads, MicrophoneChoice, MicrophoneTable, Next, Sequence, Step, Suggestion, Wish, microphones,
     next,
 };
+pub use parameter::TrainedParameter;
 pub use predicted::{Averaged, Forecast};
 pub use recognised::recognised;
-pub use record::{
-    CarriedOn, CarriedStage, EvidenceRecord, MeasuredRecord, ModelRecord, StageRecord, TrainedParameter,
-};
+pub use record::{CarriedOn, CarriedStage, EvidenceRecord, MeasuredRecord, ModelRecord, StageRecord};
 pub use search::{
     Combination, GivenUp, GreedyChoice, RoleChoice, Search, SearchNode, SearchOptions, SearchPart,
     SearchRecord, merge_searches,

@@ -1,18 +1,11 @@
 //! What a stage found, as numbers that are written and drawn.
 
 use super::found::{Checks, ExactLengths, Missing};
+use super::parameter::TrainedParameter;
 use crate::{Misfit, Observed, Trained};
-use rijke_inference::{Prior, probabilities};
+use rijke_inference::probabilities;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
-use std::f64::consts::PI;
-
-/// Width of the posterior relative to the prior above which a parameter or a direction counts as not
-/// identified.
-pub(super) const UNIDENTIFIED: f64 = 0.9;
-
-/// Standard deviations of its prior beyond which a parameter contradicts what was known before.
-const CONFLICT: f64 = 4.0;
 
 /// A stage: its points, and its models with what training found.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -94,31 +87,6 @@ pub struct ModelRecord {
     pub fitted: Vec<[f64; 2]>,
     /// Warnings, a line each, or why there is no evidence.
     pub remark: Option<String>,
-}
-
-/// A parameter with what is known of it before and after.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct TrainedParameter {
-    /// Name.
-    pub name: String,
-    /// Symbol in print.
-    pub symbol: String,
-    /// Unit.
-    pub unit: String,
-    /// Most probable value.
-    pub value: f64,
-    /// Standard deviation.
-    pub sd: f64,
-    /// How many standard deviations of its prior, as its candidate states it, the value lies from the prior's
-    /// mean; none for a prior that is not normal.
-    pub prior_sds: Option<f64>,
-    /// Its standard deviation over that of its prior, as its candidate states it; none for a flat one.
-    #[serde(default)]
-    pub narrowed: Option<f64>,
-    /// Value and standard deviation averaged over the models that earlier stages leave open, in the model
-    /// that goes on; none where they leave none open that has this parameter.
-    #[serde(default)]
-    pub averaged: Option<[f64; 2]>,
 }
 
 /// Evidence, in nats, in total.
@@ -248,45 +216,6 @@ impl StageRecord {
     }
 }
 
-impl TrainedParameter {
-    pub(crate) fn of(p: &rijke_inference::Parameter, value: f64, sd: f64) -> Self {
-        let prior_sds = match p.prior {
-            Prior::Normal { mean, sd } => Some((value - mean) / sd),
-            _ => None,
-        };
-        let (name, symbol, unit) = (p.name.clone(), p.symbol.clone(), p.unit.clone());
-        let prior_sd = match p.prior {
-            Prior::Normal { sd, .. } => Some(sd),
-            // Of a standard normal number: that of the prior itself.
-            Prior::Truncated { .. } => {
-                let [median, slope, _] = p.physical(0.0);
-                Some(p.sd_about(median, slope))
-            }
-            Prior::LogNormal { ln_sd, .. } => Some(value * ln_sd),
-            Prior::Uniform { low, high } => Some((high - low) / 12_f64.sqrt()),
-            Prior::HalfNormal { sd } => Some(sd * (1.0 - 2.0 / PI).sqrt()),
-            Prior::Flat => None,
-        };
-        let narrowed = prior_sd.map(|prior| sd / prior);
-        Self { name, symbol, unit, value, sd, prior_sds, narrowed, averaged: None }
-    }
-
-    /// How many standard deviations of its prior it lies from what was known before, where that is a
-    /// contradiction.
-    #[must_use]
-    pub fn conflict(&self) -> Option<f64> {
-        self.prior_sds.map(f64::abs).filter(|z| *z > CONFLICT)
-    }
-
-    /// Whether the data tell next to nothing of it: its posterior is as wide as its prior, and lies where
-    /// that does. One that is as wide but elsewhere is not told nothing: several parameters together are
-    /// known, and contradict what was known before.
-    #[must_use]
-    pub fn is_as_before(&self) -> bool {
-        self.narrowed.is_some_and(|share| share > UNIDENTIFIED) && self.conflict().is_none()
-    }
-}
-
 impl EvidenceRecord {
     pub(super) fn of(trained: &Trained) -> Self {
         let e = &trained.evidence;
@@ -326,32 +255,6 @@ impl MeasuredRecord {
     }
 }
 
-pub(super) fn parameters(
-    trained: &Trained,
-    of_the_model: &[rijke_inference::Parameter],
-) -> Vec<TrainedParameter> {
-    let numbers = trained.values.iter().zip(trained.sd());
-    let record =
-        |(p, (&value, sd)): (&rijke_inference::Parameter, (&f64, f64))| TrainedParameter::of(p, value, sd);
-    of_the_model.iter().zip(numbers).map(record).collect()
-}
-
 pub(super) fn misfit(trained: &Trained) -> [f64; 3] {
     Misfit::of(&trained.noise).measured
-}
-
-#[cfg(test)]
-mod tests {
-    use super::TrainedParameter;
-    use rijke_inference::{Parameter, Prior};
-
-    #[test]
-    fn exact_what_contradicts_its_prior_is_not_said_to_be_as_before() {
-        let parameter = Parameter::new("k", "k", "1", Prior::Normal { mean: 0.0, sd: 1.0 });
-        let of = |value: f64, sd: f64| TrainedParameter::of(&parameter, value, sd);
-        assert!(of(0.3, 0.95).is_as_before());
-        assert!(!of(0.3, 0.5).is_as_before());
-        let far = of(-7.1, 0.95);
-        assert_eq!((far.conflict(), far.is_as_before()), (Some(7.1), false));
-    }
 }

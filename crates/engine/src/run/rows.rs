@@ -5,12 +5,13 @@ use super::course::{Chosen, Elsewhere, Found, Run, StandsOn, Trusted, microphone
 use super::doubts::{beyond_tables, doubts, feeding, other_sign};
 use super::matching::check_modes;
 use super::maxima::of_all;
-use super::record::{EvidenceRecord, ModelRecord, misfit, parameters};
+use super::parameter::parameters;
+use super::record::{EvidenceRecord, ModelRecord, misfit};
 use super::shapes::{Shape, outlying};
 use crate::noise::{Noise, floats, measured_sd};
 use crate::observed::Used;
 use crate::rows::{Choice, Row};
-use crate::{EngineError, Misfit, NamedGaussian, Observed, PointModel, Trained, Training, train};
+use crate::{Assembly, EngineError, Misfit, NamedGaussian, Observed, PointModel, Trained, Training, train};
 use rijke_inference::{AssessOptions, MapOptions, Parameter, TrustRegion};
 use rijke_numerics::words::few;
 use rijke_numerics::{C64, Streams};
@@ -103,25 +104,24 @@ impl Run {
             Ok([s.re, s.im])
         };
         record.predicted = found.observed.iter().map(predicted).collect::<Result<_, EngineError>>()?;
-        let reflections = found.observed.iter().zip(&record.predicted).filter_map(|(o, [_, omega])| {
-            let model = PointModel::new(assembly, &o.conditions, &[]).ok()?;
-            Some((model.end_reflections(values, *omega), *omega))
-        });
+        let solved = |(o, [sigma, omega]): (&Observed, &[f64; 2])| {
+            Some((C64::new(*sigma, *omega), PointModel::new(assembly, &o.conditions, &[]).ok()?))
+        };
+        let models: Vec<Solved<'_>> =
+            found.observed.iter().zip(&record.predicted).filter_map(solved).collect();
+        let reflections = models.iter().map(|(s, model)| (model.end_reflections(values, s.im), s.im));
         let said: Vec<String> =
             trained.sampler.iter().map(ToString::to_string).chain(feeding(reflections)).collect();
-        let doubled = match (found.observed.first(), record.predicted.first()) {
-            (Some(o), Some([_, omega])) => {
-                PointModel::new(assembly, &o.conditions, &[])?.doubled(&assembly.centre()?, *omega)
-            }
-            _ => Vec::new(),
+        let doubled = match models.first() {
+            Some((s, model)) => model.doubled(&assembly.centre()?, s.im),
+            None => Vec::new(),
         };
         let (fitted, shapes) = self.fitted(stage, &found, &record.predicted);
         let mut doubts = doubts(&found.observed, &fitted, record.misfit, floats(&trained.noise));
-        let asked = found.observed.iter().zip(&record.predicted).filter(|_| assembly.has_tables());
-        let beyond = asked.filter_map(|(o, [growth, omega])| {
-            let model = PointModel::new(assembly, &o.conditions, &[]).ok()?;
-            Some((o, model.beyond_a_table(values, C64::new(*growth, *omega))?))
-        });
+        let beyond = models
+            .iter()
+            .filter(|_| assembly.has_tables())
+            .filter_map(|(s, model)| Some((model.id(), model.beyond_a_table(values, *s)?)));
         doubts.extend(beyond_tables(beyond));
         doubts.extend(other_sign(&record.parameters, assembly.parameters()));
         let microphones = &self.rig.microphones;
@@ -145,7 +145,7 @@ impl Run {
             .chain(doubled)
             .chain(self.meters(&found))
             .chain(self.one_sided(&found))
-            .chain(idle_laws(&found, &record.predicted))
+            .chain(idle_laws(assembly, values, &models))
             .chain(said)
             .chain(doubts)
             .chain(counted)
@@ -313,18 +313,15 @@ fn gauss_newton() -> MapOptions {
     MapOptions { search: TrustRegion { tolerance: 1e-10, ..options.search }, ..options }
 }
 
+/// The eigenvalue of a model at a measured mode, and the model there.
+type Solved<'a> = (C64, PointModel<'a>);
+
 /// Laws that are zero at every point of a model, in a sentence: by such a law no candidate can be told from
 /// another.
-fn idle_laws(found: &Chosen, predicted: &[[f64; 2]]) -> Option<String> {
-    let values = &found.trained.values[..found.trained.own];
-    let zero = |(o, [_, omega]): (&Observed, &[f64; 2])| {
-        let model = PointModel::new(&found.assembly, &o.conditions, &[]).ok()?;
-        Some(model.zero_laws(values, *omega).into_iter().collect::<BTreeSet<_>>())
-    };
-    let mut all = found.observed.iter().zip(predicted).filter_map(zero);
-    let first = all.next()?;
-    let idle = all.fold(first, |known, here| &known & &here);
-    let candidates = found.assembly.candidates();
+fn idle_laws(assembly: &Assembly, values: &[f64], models: &[Solved<'_>]) -> Option<String> {
+    let zero = |(s, model): &Solved<'_>| model.zero_laws(values, s.im).into_iter().collect::<BTreeSet<_>>();
+    let idle = models.iter().map(zero).reduce(|known, here| &known & &here)?;
+    let candidates = assembly.candidates();
     let said = |[c, e]: [usize; 2]| {
         let (candidate, effect) = (&candidates[c], &candidates[c].effects[e]);
         format!("`{}` of `{}` at {}", effect.coefficient.name(), candidate.id, effect.place_text)

@@ -49,9 +49,9 @@ impl Coefficients for Moving<'_> {
             let LawOf::Effect { candidate, effect, around } = *law else { return None };
             let acts = self.model.effect(candidate, effect);
             let owner = [candidate, around];
-            (!acts.place.is_along()).then_some(Acting { law: k, owner, formula: &acts.law })
+            (!acts.place.is_along()).then_some(Acting { law: k, owner, formula: acts.law.clone() })
         };
-        let acting: Vec<Acting<'_>> = self.model.laws.iter().enumerate().filter_map(acting).collect();
+        let acting: Vec<Acting> = self.model.laws.iter().enumerate().filter_map(acting).collect();
         Ok(poles(&acting, region, self.model.spacing, |k, part, s| {
             let LawOf::Effect { candidate, effect, around } = self.model.laws[k] else {
                 return [C64::ONE; 2];

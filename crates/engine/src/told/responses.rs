@@ -43,7 +43,8 @@ pub fn tell_responses(stage: &ResponseStageRecord, tell: &dyn Tell) {
         let (own, errors, channels) = model.by_kind();
         let told = errors.iter().filter(|p| !p.is_as_before());
         for p in own.iter().chain(told).chain(channels) {
-            tell.say(format!("      {} = {}", p.name, quantity(p.value, p.sd, &p.unit)));
+            let value = quantity(p.value, p.sd, &p.unit);
+            tell.say(format!("      {} = {value}{}", p.name, p.tied_words()));
             warn_of_prior(p, tell);
         }
         let untold = errors.iter().filter(|p| p.is_as_before()).count();

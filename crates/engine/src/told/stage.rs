@@ -80,7 +80,8 @@ pub fn tell_stage(stage: &StageRecord, tell: &dyn Tell) {
             let averaged = p.averaged.map_or(String::new(), |[value, sd]| {
                 format!("; {} averaged over what earlier stages leave open", with_sd(value, sd))
             });
-            tell.say(format!("      {} = {}{averaged}", p.name, quantity(p.value, p.sd, &p.unit)));
+            let value = quantity(p.value, p.sd, &p.unit);
+            tell.say(format!("      {} = {value}{}{averaged}", p.name, p.tied_words()));
             if trained {
                 not_identified(p, stage.missed.is_some(), tell);
             }

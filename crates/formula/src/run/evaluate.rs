@@ -46,15 +46,17 @@ pub(crate) fn compile(tree: &Tree, program: &mut Vec<Operation>) {
     }
 }
 
-/// `program` where the real names have these values: what neither s nor a parameter enters is a number. Its
-/// value is the same to the last bit, because the operations and their order are.
-pub(crate) fn folded(program: &[Operation], numbers: &[f64]) -> Vec<Operation> {
+/// `program` where the real names and the first parameters have these values: what neither s nor another
+/// parameter enters is a number. Its value is the same to the last bit, because the operations and their
+/// order are.
+pub(crate) fn folded(program: &[Operation], numbers: &[f64], parameters: &[f64]) -> Vec<Operation> {
     let mut short: Vec<Operation> = Vec::with_capacity(program.len());
     for &operation in program {
         let known = match (operation, short.as_slice()) {
             (Operation::Global(index) | Operation::Local(index), _) => {
                 numbers.get(index).filter(|x| !x.is_nan()).map(|&x| (0, C64::new(x, 0.0)))
             }
+            (Operation::Parameter(index), _) => parameters.get(index).map(|&x| (0, C64::new(x, 0.0))),
             (Operation::Negate, [.., Operation::Number(z)]) => Some((1, -z)),
             (Operation::Binary(operator), [.., Operation::Number(a), Operation::Number(b)]) => {
                 Some((2, number_binary(operator, *a, *b)))

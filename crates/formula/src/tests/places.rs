@@ -195,3 +195,27 @@ fn exact_divisors_are_what_may_vanish() {
     );
     near(&values("s*rho - k1*exp(-s*k2)"), &[]);
 }
+
+#[test]
+fn exact_what_varies_as_fast_as_a_delay_is_not_algebraic() {
+    let algebraic = |text: &str| parse(text).unwrap().is_algebraic();
+    assert!(algebraic("s*rho + k1*s^2 - sqrt(s*k2)/(s + 1)^k1"));
+    for other in ["exp(-s*k1)", "1 + tanh(s*k2)", "2^s", "s^(1 + s)"] {
+        assert!(!algebraic(other), "{other}");
+    }
+}
+
+#[test]
+fn exact_a_formula_of_s_alone_has_the_same_value() {
+    let formula = parse("k1*rho*s/(D + exp(-s*k2)*k1^2) - k2").unwrap();
+    let (numbers, values) = (heater(), [0.37, 2.5e-3]);
+    let s = ComplexDual { value: C64::new(-20.0, 900.0), slope: C64::ONE };
+    let mut analytic = [None; 8];
+    analytic[scope().find("s").unwrap()] = Some(&s);
+    let here = Here { space: JetSpace::new(1, Order::First), numbers: &numbers, analytic: &analytic };
+    let (whole, alone) =
+        (formula.evaluate_in_s(&here, &values), formula.of_s(&numbers, &values).evaluate_in_s(&here, &[]));
+    assert_eq!((whole.value, whole.slope), (alone.value, alone.slope));
+    assert!(!formula.of_s(&numbers, &values).uses_parameter(0), "parameters are numbers");
+    assert!(formula.of_s(&numbers, &values[..1]).uses_parameter(1), "one without a value stays");
+}

@@ -25,6 +25,7 @@ fn model(id: &str, ln_marginal: f64) -> ModelRecord {
             prior_sds: Some(5.2),
             narrowed: Some(0.2),
             averaged: Some([1.0234, 0.0061]),
+            tied: Some(("tau".into(), -0.953)),
         }],
         misfit: [0.1, 0.2, 0.0],
         evidence: Some(EvidenceRecord {

@@ -1,7 +1,7 @@
 //! The answer to a question: tables of numbers, and which of them a figure shows.
 
 use super::super::frame::{Frame, FrameRow};
-use super::super::record::TrainedParameter;
+use super::super::parameter::TrainedParameter;
 use rijke_study::plan::Question;
 use serde::{Deserialize, Serialize};
 

@@ -2,7 +2,7 @@
 
 use super::super::course::Run;
 use super::super::frame::{Frame, FrameColumn, FrameRow, finite};
-use super::super::record::parameters;
+use super::super::parameter::parameters;
 use super::answer::{AnswerPanel, Found, Layer, LayerLook};
 use super::axes::axis_label;
 use super::kinds::Ask;

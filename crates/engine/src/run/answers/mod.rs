@@ -25,6 +25,7 @@ questions! {
     point_by_point::PointByPoint,
     prediction::Prediction,
     effects::Effects,
+    law::Law,
 }
 
 pub use answer::{Answer, AnswerPanel, Layer, LayerLook};

@@ -7,13 +7,12 @@ use super::super::inputs::selected;
 use super::answer::{AnswerPanel, Found, Layer, LayerLook};
 use super::axes::{axis_label, symbol};
 use super::kinds::Ask;
+use super::law::LawValue;
 use crate::rows::with_candidates;
-use crate::{Assembly, EngineError, Noise, Observed, PointModel, Trained, train};
+use crate::{EngineError, Noise, Observed, PointModel, train};
 use rayon::prelude::*;
-use rijke_formula::Here;
 use rijke_network::Workspace;
-use rijke_numerics::{C64, InOrder, JetSpace, Matrix, Order};
-use rijke_study::names::{FLANGED, S};
+use rijke_numerics::{InOrder, Order};
 use rijke_study::plan::{NoiseSpec, Question, Selection};
 use rijke_study::{Candidate, Study, StudyProblem};
 use serde::Deserialize;
@@ -95,7 +94,8 @@ impl Run {
             let values = &trained.values[..trained.own];
             let s = model.respond(values, Order::Value, &mut Workspace::default())?.s.value();
             let per = per.map_or(1.0, |k| o.conditions.point.factors[k]);
-            Ok(numbers(&assembly, place.unwrap_or(0), (o, s), &trained, per))
+            let law = LawValue::of(&model, [place.unwrap_or(0), 0], s, &trained);
+            Ok(law.map_or([f64::NAN; 6], |law| law.over(per).numbers()))
         };
         let found = points.par_iter().map(at).in_order::<Result<Vec<_>, EngineError>>()?;
         let (name, unit) = self.coefficient(free, per);
@@ -137,39 +137,4 @@ impl Run {
             None => (format!("k_{{{name}}}"), unit.to_owned()),
         }
     }
-}
-
-/// Real and imaginary part, modulus and angle of the first law of a candidate at the mode that was found,
-/// each of the last two with its standard deviation to first order; over `per`.
-fn numbers(
-    assembly: &Assembly,
-    candidate: usize,
-    (observed, found): (&Observed, C64),
-    trained: &Trained,
-    per: f64,
-) -> [f64; 6] {
-    let c = &assembly.candidates()[candidate];
-    let Some(effect) = c.effects.first() else { return [f64::NAN; 6] };
-    let layout = &observed.conditions.layout;
-    let x = layout.places(&effect.place).first().map_or(0.0, |(x, _)| *x);
-    let around = observed.conditions.around(x);
-    let seeds: Vec<usize> = (0..assembly.parameters().len()).collect();
-    let space = JetSpace::new(seeds.len() + 1, Order::First);
-    let s = space.seed(seeds.len(), found);
-    let mut analytic = [None; FLANGED + 1];
-    analytic[S] = Some(&s);
-    let here = Here { space, numbers: &around, analytic: &analytic };
-    let jets = assembly.jets(candidate, &seeds, space, &trained.values[..trained.own]);
-    let k = effect.law.evaluate(&here, &jets);
-    let value = k.value() / per;
-    let gradient: Vec<C64> = k.gradient()[..seeds.len()].iter().map(|d| d / per).collect();
-    let modulus = value.norm();
-    // d|k| = Re(conj(k) dk)/|k|; d arg k = Im(conj(k) dk)/|k|^2.
-    let sd = |part: fn(C64) -> f64, over: f64| {
-        let slope: Vec<f64> = gradient.iter().map(|d| part(value.conj() * d) / over).collect();
-        let own = Matrix::from_fn(slope.len(), slope.len(), |i, j| trained.covariance[(i, j)]);
-        own.quadratic(&slope).max(0.0).sqrt()
-    };
-    let angle = value.arg().rem_euclid(2.0 * std::f64::consts::PI);
-    [value.re, value.im, modulus, sd(|z| z.re, modulus), angle, sd(|z| z.im, modulus * modulus)]
 }

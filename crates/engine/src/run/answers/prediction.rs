@@ -5,7 +5,7 @@ use super::super::course::Run;
 use super::super::followed::Followed;
 use super::super::frame::{Frame, FrameColumn};
 use super::super::inputs::{conditions, selected};
-use super::super::record::parameters;
+use super::super::parameter::parameters;
 use super::answer::{Found, LayerLook};
 use super::axes::{apart, axis_label, growth_and_frequency, measured, measured_columns};
 use super::kinds::Ask;

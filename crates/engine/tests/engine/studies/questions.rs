@@ -1,7 +1,7 @@
 //! Questions: what their keys are, and what they refuse.
 
 use super::{PLAN, closed_form, two_points};
-use crate::common::tube::speed;
+use crate::common::tube::{TUBE, speed};
 use rijke_engine::run::{Run, Trusted, keys_of_questions, open};
 use rijke_numerics::C64;
 use rijke_study::Study;
@@ -66,6 +66,8 @@ fn message_a_question_that_cannot_be_asked_names_line_and_what_is_known() {
             "line 8: there is no candidate called `w`; known: none",
         ),
         ("ask = \"effects\"\nof = [\"wall\"]", "line 8: there is no role called `wall`; known: none"),
+        ("ask = \"law\"", "line 8: `role` is missing; name the role whose law is shown"),
+        ("ask = \"law\"\nrole = \"wall\"", "line 8: there is no role called `wall`; known: none"),
         ("ask = \"ranking\"\nover = \"y\"", "line 8: there is no factor called `y`; known: x"),
     ];
     for (k, (asked, expected)) in cases.iter().enumerate() {
@@ -132,5 +134,55 @@ fn exact_the_effect_of_a_loss_is_the_closed_form() {
             (number("angular_frequency_effect_sd") / (slope.im.abs() * k_sd) - 1.0).abs() < 1e-6,
             "{row:?}"
         );
+    }
+}
+
+/// An end that reflects a R_LS e^{-s tau}: modulus a |R_LS|, phase arg R_LS - omega tau, each with the standard
+/// deviation of its own parameter.
+#[test]
+fn exact_a_law_over_frequency_is_the_closed_form() {
+    let end = "type = \"constant\"\nmodulus = \"$r\"\nangle = \"180 deg\"\n[[element]]";
+    let rig = TUBE.replace(end, "type = \"free\"\n[[element]]");
+    let candidate = "[[candidate]]\nid = \"mouth.late\"\nrole = \"mouth\"\nname = \"late\"\ncite = [\"closed form\"]\n\
+        parameters.a = { unit = \"1\", prior = { normal = { mean = 0.9, sd = 0.1 } } }\n\
+        parameters.tau = { unit = \"s\", prior = { normal = { mean = 1e-4, sd = 1e-4 } } }\n\
+        [[candidate.effect]]\nacts_at = \"downstream\"\nreflection = \"a*R_LS*exp(-s*tau)\"\n";
+    let plan = format!(
+        "{PLAN}[stage.with]\nmouth = \"mouth.late\"\n[[ask]]\nid = \"l\"\nask = \"law\"\nrole = \"mouth\"\nstage = \"s\"\n\
+         frequency_hz = [50, 900]\nper = \"2*A\"\n"
+    );
+    let head = "point,growth_rate [1/s],growth_rate_sd [1/s],frequency [Hz],frequency_sd [Hz]\n";
+    let modes = format!("{head}a,-70,1,168,0.1\nb,-90,1,209,0.1\n");
+    let files = [
+        ("rig.toml", rig.as_str()),
+        ("candidates/mouth.toml", candidate),
+        ("study.toml", &plan),
+        ("observations/modes.csv", &modes),
+    ];
+    let folder = two_points("law", &files);
+    let study = open(&folder.0).unwrap();
+    let observations = study.observations().unwrap();
+    let mut run = Run::new(study.clone(), &observations, Trusted::Laplace).unwrap();
+    let stage = run.next_stage().unwrap().unwrap();
+    let ([a, a_sd], [tau, tau_sd]) = (super::parameter(&stage, "a"), super::parameter(&stage, "tau"));
+    let answer = run.answer(&study.plan.questions[0]).unwrap();
+    let (curve, dots) = (&answer.frames[0], &answer.frames[1]);
+    // Both points have one end: one curve, and the mode of the first point on it.
+    assert_eq!((curve.rows.len(), dots.rows.len(), answer.panels.len()), (201, 1, 2));
+    let (diameter, c) = (0.05_f64, speed());
+    let per = 2.0 * 0.25 * std::f64::consts::PI * diameter * diameter;
+    for row in curve.rows.iter().chain(&dots.rows) {
+        let number = |name: &str| row.values[curve.column(name).unwrap()].unwrap();
+        let omega = std::f64::consts::TAU * number("frequency");
+        let end = rijke_network::levine_schwinger::reflection(C64::new(0.5 * diameter * omega / c, 0.0))[0];
+        let phase = (-end).arg() + std::f64::consts::PI - omega * tau;
+        let near = |found: f64, expected: f64| {
+            assert!((found - expected).abs() < 1e-9 * expected.abs(), "{row:?}: {found} {expected}");
+        };
+        near(number("modulus"), a * end.norm() / per);
+        near(number("modulus_sd"), a_sd * end.norm() / per);
+        near(number("phase").rem_euclid(std::f64::consts::TAU), phase.rem_euclid(std::f64::consts::TAU));
+        near(number("phase_sd"), omega * tau_sd);
+        assert!((number("phase") + omega * tau).abs() < 4.0, "a phase that jumps: {row:?}");
     }
 }

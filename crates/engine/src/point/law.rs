@@ -1,0 +1,43 @@
+//! One law of a point by itself.
+
+use super::model::PointModel;
+use crate::shape::LawOf;
+use rijke_network::{At, Laws};
+use rijke_numerics::{C64, Order};
+
+impl PointModel<'_> {
+    /// The law of effect `effect` of candidate `candidate` at s, and its derivatives with respect to the free
+    /// parameters; none if nothing here follows that law.
+    pub(crate) fn law_at(
+        &self,
+        values: &[f64],
+        s: C64,
+        [candidate, effect]: [usize; 2],
+    ) -> Option<(C64, Vec<C64>)> {
+        let asked = [candidate, effect];
+        let law = match &self.shape {
+            Some(shape) => shape.laws.iter().position(|law| match *law {
+                LawOf::Effect { candidate, effect, .. } => [candidate, effect] == asked,
+                _ => false,
+            }),
+            None => self.laws.iter().position(|law| [law.candidate, law.effect] == asked),
+        };
+        let (law, filled) = (law?, self.filled(values).ok()?);
+        let (at, mut laws) = (At::full(s, values.len(), Order::First), Laws::default());
+        laws.reset(filled.laws(), &at);
+        filled.fill(&at, &mut laws);
+        Some((laws.value(law), laws.gradient(law)[..values.len()].to_vec()))
+    }
+
+    /// Values of all laws at s = i omega; nothing in rigs whose lengths are unknown.
+    pub(super) fn law_values(&self, values: &[f64], omega: f64) -> Vec<C64> {
+        if self.shape.is_some() {
+            return Vec::new();
+        }
+        let Ok(filled) = self.filled(values) else { return Vec::new() };
+        let (at, mut laws) = (At::search(C64::new(0.0, omega)), Laws::default());
+        laws.reset(filled.laws(), &at);
+        filled.fill(&at, &mut laws);
+        (0..self.laws.len()).map(|k| laws.value(k)).collect()
+    }
+}
