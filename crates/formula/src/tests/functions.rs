@@ -82,6 +82,9 @@ fn exact_whole_powers_have_derivatives_at_zero() {
     ] {
         assert_eq!(in_s(text, C64::ZERO), expected.map(C64::from), "{text}");
     }
+    assert_eq!(in_s("s^1.5", C64::ZERO)[..2], [C64::ZERO; 2]);
+    // A limit only where the exponent is positive.
+    assert!(in_s("0^s", C64::ZERO)[0].is_nan());
 }
 
 #[test]

@@ -107,7 +107,14 @@ fn oracle_places_differ_by_the_scale_that_the_form_shows() {
         "(s*c)^0.5*s^k1*2^k1",
         "sqrt(rho)*sqrt(s*c)*exp(s*k2)",
         "conj(k1*c)*re(k1*c)*im((1 + i)*k1*c)",
-        "abs(-c*k1)",
+        "abs(-c*k1) + c*k1",
+        "(c/2 + rho)*s",
+        "(2/c + 1/rho)*s",
+        "(2*c + c^2*rho)*s",
+        "(c*rho + c/rho)*s",
+        "exp(2)*c*s",
+        "(2^k1 + s^k1 + s)*c",
+        "sin(2 + k1)*cos(k1 - 2)*c",
     ] {
         let values = [&cold, &hot].map(|numbers| {
             jet(&parse(law).unwrap(), numbers, Order::Value, &POINT).value() / g(law, numbers).unwrap()
@@ -169,4 +176,9 @@ fn exact_divisors_are_what_may_vanish() {
         &[at(&parse("s*rho + k1").unwrap()), (s * 1e-3).cosh()],
     );
     near(&values("s*rho - k1*exp(-s*k2)"), &[]);
+    near(&values("s/(rho + k1) + s/(2*k1)^2"), &[]);
+    // Only negative powers divide, in whatever way their sign stands.
+    near(&values("s^0.5 + s^2 + s^(-1) + s^-0.5"), &[s, s]);
+    let power = parse("s^(1 - gamma) + s^gamma").unwrap().at(&heater());
+    near(&power.divisors().iter().map(at).collect::<Vec<_>>(), &[s]);
 }
