@@ -104,6 +104,18 @@ fn exact_tension_of_a_linear_model_is_that_of_its_evidence() {
 }
 
 #[test]
+fn exact_a_conflict_begins_at_four_standard_deviations() {
+    // A datum that leaves nothing of the prior, 3.99 and 4.01 prior standard deviations from its centre.
+    for (distance, warnings) in [(3.99, 0), (-3.99, 0), (4.01, 2), (-4.01, 2)] {
+        let parameters = Parameters::new(vec![normal("a", 0.5, 2.0)]).unwrap();
+        let one = Linear(Matrix::identity(1));
+        let data = data(vec![0.5 + 2.0 * distance], 1e-4);
+        let found = assess(&one, &data, &parameters, &AssessOptions::default()).unwrap();
+        assert_eq!(found.health.conflict.warnings().len(), warnings, "{distance}");
+    }
+}
+
+#[test]
 fn coverage_tension_of_draws_from_the_prior() {
     // Truths from the prior: the tension must exceed two standard deviations in 4.55 % of cases.
     use rand::RngExt;
