@@ -143,4 +143,9 @@ fn exact_evaluations_are_counted_by_their_order() {
         assert_eq!([value, first, second], counts, "{method:?}");
         assert!((1..found.calls.total()).contains(&found.steps), "{method:?}: {} steps", found.steps);
     }
+    let mut calls = Calls::default();
+    [Order::Value, Order::First, Order::First, Order::Second]
+        .into_iter()
+        .for_each(|order| calls.count(order));
+    assert_eq!((calls.value, calls.first, calls.second, calls.failed), (1, 2, 1, 0));
 }
