@@ -10,6 +10,9 @@ fn in_s(text: &str, s: C64) -> [C64; 3] {
     [at.value(), at.gradient()[3], at.hessian(3, 3)]
 }
 
+/// The same function by another route.
+type Route = fn(C64) -> C64;
+
 fn near(text: &str, found: C64, expected: C64, relative: f64) {
     assert!((found - expected).norm() <= relative * expected.norm(), "{text}: {found}, not {expected}");
 }
@@ -17,7 +20,7 @@ fn near(text: &str, found: C64, expected: C64, relative: f64) {
 #[test]
 fn oracle_functions_and_their_derivatives_are_contour_integrals() {
     // f^(n)(z) = n!/(2 pi i) times the integral of f(w)/(w - z)^(n + 1), by the trapezoidal rule.
-    let functions: [(&str, fn(C64) -> C64); 13] = [
+    let functions: [(&str, Route); 13] = [
         ("sqrt(s)", |z| z.sqrt()),
         ("exp(s)", |z| z.exp()),
         ("ln(s)", |z| z.ln()),

@@ -134,6 +134,7 @@ fn exact_truncated_and_half_normal_quantiles_invert_the_mass() {
     assert_relative_eq!(mass, 0.25, epsilon = 1e-8);
     let half = Prior::HalfNormal { sd: 2.0 };
     assert_relative_eq!(half.quantile(0.5), 2.0 * 0.674_489_750_196_081_7, max_relative = 1e-12);
+    assert!(Prior::Flat.quantile(0.5) == 0.0 && Prior::Flat.quantile(0.3).is_nan());
 }
 
 #[test]
