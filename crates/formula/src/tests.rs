@@ -1,7 +1,9 @@
 //! Values and derivatives of formulas, and texts that are refused with the place of the fault.
 
+mod functions;
 mod names;
 mod places;
+mod units;
 
 use crate::read::Function;
 use crate::run::number_call;

@@ -88,13 +88,56 @@ fn oracle_places_differ_by_the_scale_that_the_form_shows() {
         "heater.power*3",
         "rho*(s*c + k1*c)",
         "abs(k1*c)*(2 + s)",
+        "(rho + c)*s",
+        "(c - rho)*s",
+        "rho*c/mu*s",
+        "(c + 2)*(3 + rho)*s",
+        "(c - 2)*(3 - rho)*s",
+        "c/(k1*rho)*s",
+        "s*c/(k1*rho)",
+        "s/3/c",
+        "2/(s*c)",
+        "2/c*s*(c/2)^3",
+        "rho*(1 + 2i)*s",
+        "rho/(1 + 2i)*s",
+        "(1 + 2i)/rho*s",
+        "c*k1 - s*c",
+        "(s - 2)*rho*(2 - s)",
+        "(k1*rho)^2",
+        "(s*c)^0.5*s^k1*2^k1",
+        "sqrt(rho)*sqrt(s*c)*exp(s*k2)",
+        "conj(k1*c)*re(k1*c)*im((1 + i)*k1*c)",
+        "abs(-c*k1) + c*k1",
+        "(c/2 + rho)*s",
+        "(2/c + 1/rho)*s",
+        "(2*c + c^2*rho)*s",
+        "(c*rho + c/rho)*s",
+        "exp(2)*c*s",
+        "(2^k1 + s^k1 + s)*c",
+        "sin(2 + k1)*cos(k1 - 2)*c",
     ] {
         let values = [&cold, &hot].map(|numbers| {
             jet(&parse(law).unwrap(), numbers, Order::Value, &POINT).value() / g(law, numbers).unwrap()
         });
         assert!((values[0] - values[1]).norm() <= 1e-14 * values[0].norm(), "{law}: {values:?}");
     }
-    for law in ["exp(-s*D/c)", "k1*rho + c", "s + rho", "rho^k1", "wall_mu"] {
+    for law in [
+        "exp(-s*D/c)",
+        "k1*rho + c",
+        "s + rho",
+        "rho^k1",
+        "wall_mu",
+        "s*c + 2",
+        "s*c - s*rho",
+        "(s*c)^k1",
+        "2^(s*c)",
+        "sin(s*c)",
+        "sqrt(-c*s)",
+        "(-c*s)^0.5",
+        "(-c)^0.5*s",
+        "sqrt(-c)*s",
+        "(s*c)^i",
+    ] {
         assert_eq!(g(law, &cold), None, "{law}");
     }
     // The same texts with what differs declared the same everywhere have the scale 1.
@@ -115,67 +158,6 @@ fn exact_what_a_formula_uses_is_told() {
     assert!(!depends_on_s(&parse("rho*k1").unwrap()));
 }
 
-fn unit_fault(unit: &str, wanted: &str, law: &str, definitions: &[(&str, &str)]) -> Option<String> {
-    let formula = parse_without(law, &[], definitions).unwrap();
-    formula.unit_fault(&scope(), &[unit, unit, unit], wanted)
-}
-
-#[test]
-fn exact_units_that_do_not_agree_are_told() {
-    let fault = |unit: &str, wanted: &str, law: &str| unit_fault(unit, wanted, law, &[]);
-    assert_eq!(fault("1/W", "1", "-k1*Q_h"), None);
-    assert_eq!(fault("1", "1", "-k1*Q_h").unwrap(), "its unit is kg m^2 s^-3, where 1 is wanted");
-    assert_eq!(fault("s", "1", "exp(-s*k1)"), None);
-    assert_eq!(fault("1", "1", "exp(-s*k1)").unwrap(), "exp is applied to something of unit s^-1");
-    let drag = "kg/(m^2 s)";
-    assert_eq!(
-        fault("1", drag, "k1*(rho + c)").unwrap(),
-        "something of unit m s^-1 is added to something of unit kg m^-3"
-    );
-    assert_eq!(fault("1", drag, "k1").unwrap(), "its unit is 1, where kg m^-2 s^-1 is wanted");
-    assert_eq!(fault("1", drag, "k1*wall_mu*D"), None);
-    assert!(fault("1", "kg/(m^3 s)", "k1*wall_mu*D").is_some());
-    assert_eq!(fault("1/W^k", "1", "k1*Q_h^2"), None, "not to be told");
-    assert_eq!(fault("m", "1", "Q_h^k1").unwrap(), "an exponent has the unit m");
-    assert_eq!(fault("K", "1", "(T - 273.15)/k1"), None, "numbers have any unit");
-    assert_eq!(fault("1", "m", "0"), None);
-    assert_eq!(fault("1", "m", "2*3").unwrap(), "it is a number, where m is wanted");
-    assert_eq!(
-        fault("1", "furlong", "k1*D + c").unwrap(),
-        "something of unit m s^-1 is added to something of unit m"
-    );
-    assert_eq!(fault("1", "furlong", "k1*D"), None, "not to be told");
-}
-
-#[test]
-fn regress_exponents_are_computed_and_angles_have_no_unit() {
-    // Before, the power 1/2 was taken for 1, the power 3 - 1 for 1, and arg was refused.
-    let fault = |wanted: &str, law: &str| unit_fault("m", wanted, law, &[]);
-    assert_eq!(fault("m", "(D*heater.length)^(1/2)"), None);
-    assert_eq!(fault("m^2", "D^(3 - 1)"), None);
-    assert_eq!(fault("m", "(D^4)^(1/sqrt(16))"), None);
-    assert_eq!(fault("1", "arg(k1 + i*k2)"), None);
-    assert_eq!(fault("1", "bessel_ratio(D)").unwrap(), "bessel_ratio is applied to something of unit m");
-}
-
-#[test]
-fn exact_units_are_followed_through_definitions() {
-    let lag = [("tau", "k1*D/c"), ("lag", "exp(-s*tau)")];
-    assert_eq!(unit_fault("1", "1", "lag*lag", &lag), None);
-    assert_eq!(unit_fault("m", "1", "lag*lag", &lag).unwrap(), "exp is applied to something of unit m");
-    assert_eq!(unit_fault("1", "m", "area/D", &[("area", "k1*D^2")]), None);
-    assert!(unit_fault("1", "m", "area", &[("area", "k1*D^2")]).is_some());
-}
-
-#[test]
-fn exact_units_are_understood_or_not() {
-    for (_, unit, ..) in HEATER {
-        assert!(crate::is_unit(unit), "{unit}");
-    }
-    assert!(crate::is_unit(&scope().names()[0].unit) && crate::is_unit("W/(m K)"));
-    assert!(!crate::is_unit("1/W^k_3") && !crate::is_unit("furlong") && !crate::is_unit("m^"));
-}
-
 #[test]
 fn exact_divisors_are_what_may_vanish() {
     let at = |f: &Formula| jet(f, &heater(), Order::First, &POINT).value();
@@ -194,6 +176,11 @@ fn exact_divisors_are_what_may_vanish() {
         &[at(&parse("s*rho + k1").unwrap()), (s * 1e-3).cosh()],
     );
     near(&values("s*rho - k1*exp(-s*k2)"), &[]);
+    near(&values("s/(rho + k1) + s/(2*k1)^2"), &[]);
+    // Only negative powers divide, in whatever way their sign stands.
+    near(&values("s^0.5 + s^2 + s^(-1) + s^-0.5"), &[s, s]);
+    let power = parse("s^(1 - gamma) + s^gamma").unwrap().at(&heater());
+    near(&power.divisors().iter().map(at).collect::<Vec<_>>(), &[s]);
 }
 
 #[test]

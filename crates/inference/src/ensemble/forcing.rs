@@ -14,7 +14,7 @@ use rijke_numerics::{Matrix, Stream};
 /// 95 % to about 40 %. Columns of `against` that depend on the others to `tolerance` (relative) are left out.
 ///
 /// # Errors
-/// [`EnsembleError::TooFewMembers`] unless the members outnumber 1 + the independent columns + the variances;
+/// [`EnsembleError::TooFewMembers`] with fewer members than 1 + the independent columns + the variances;
 /// [`EnsembleError::Variance`] and [`EnsembleError::NotFinite`] for numbers that are none.
 pub fn orthogonal_forcing(
     against: &Matrix,

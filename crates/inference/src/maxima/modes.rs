@@ -206,3 +206,29 @@ pub fn further_maxima(modes: &[OtherMaximum]) -> Option<String> {
         places.join("; ")
     ))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::problem::{Parameter, Prior};
+
+    #[test]
+    fn exact_parameters_that_tell_two_maxima_apart_are_listed_furthest_first() {
+        let parameter = |name: &str| Parameter::new(name, name, "m", Prior::Normal { mean: 0.0, sd: 1.0 });
+        let parameters = Parameters::new(["a", "b", "c", "d"].map(parameter).to_vec()).unwrap();
+        let (best, sds) = ([0.0; 4], [1.0, 2.0, 1.0, 0.1]);
+        let named = |other: [f64; 4]| -> Vec<(String, f64, f64)> {
+            let values = other.map(|z| 10.0 * z);
+            let all = apart(&parameters, (&best, &best), (&other, &values), &sds);
+            all.into_iter().map(|a| (a.parameter, a.value, a.sds)).collect()
+        };
+        let expected = [("d".to_owned(), 8.0, 8.0), ("a".to_owned(), -31.0, 3.1)];
+        for (found, expected) in named([-3.1, 5.9, 2.9, 0.8]).iter().zip(&expected) {
+            assert!(found.0 == expected.0 && (found.1 - expected.1).abs() < 1e-12, "{found:?}");
+            assert!((found.2 - expected.2).abs() < 1e-12, "{found:?}");
+        }
+        assert_eq!(named([-3.1, 5.9, 2.9, 0.8]).len(), 2);
+        // The furthest in any case.
+        assert_eq!(named([0.1, 0.0, -2.0, 0.0]), [("c".to_owned(), -20.0, 2.0)]);
+    }
+}

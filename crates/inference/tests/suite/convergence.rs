@@ -104,3 +104,48 @@ fn exact_a_search_leaves_the_saddle_at_which_it_begins() {
     assert!(fit.stop.converged(), "{:?}", fit.stop);
     assert!((fit.parameters[0].abs() - exact).abs() < 1e-9, "{} {exact}", fit.parameters[0]);
 }
+
+/// A valley of Rosenbrock's that counts its evaluations to every order.
+#[derive(Default)]
+struct Counted([std::sync::atomic::AtomicUsize; 3]);
+
+impl Objective for Counted {
+    fn size(&self) -> usize {
+        2
+    }
+
+    fn evaluate(&self, z: &[f64], order: Order) -> Result<Energy, InferenceError> {
+        self.0[order as usize].fetch_add(1, std::sync::atomic::Ordering::Relaxed);
+        let (x, y) = (z[0], z[1]);
+        let off = y - x * x;
+        Ok(Energy {
+            value: 10.0 * off * off + (1.0 - x).powi(2),
+            gradient: vec![-40.0 * x * off - 2.0 * (1.0 - x), 20.0 * off],
+            hessian: Matrix::from_fn(2, 2, |i, j| match i + j {
+                0 => 120.0 * x * x - 40.0 * y + 2.0,
+                1 => -40.0 * x,
+                _ => 20.0,
+            }),
+            gauss_newton: None,
+        })
+    }
+}
+
+#[test]
+fn exact_evaluations_are_counted_by_their_order() {
+    for method in [Method::Newton, Method::Bfgs] {
+        let valley = Counted::default();
+        let settings = TrustRegion { method, ..TrustRegion::default() };
+        let found = minimise(&valley, &[-1.2, 1.0], &settings).unwrap();
+        assert!(found.stop.converged() && found.z.iter().all(|z| (z - 1.0).abs() < 1e-3), "{:?}", found.z);
+        let counts = valley.0.map(std::sync::atomic::AtomicUsize::into_inner);
+        let Calls { value, first, second, .. } = found.calls;
+        assert_eq!([value, first, second], counts, "{method:?}");
+        assert!((1..found.calls.total()).contains(&found.steps), "{method:?}: {} steps", found.steps);
+    }
+    let mut calls = Calls::default();
+    [Order::Value, Order::First, Order::First, Order::Second]
+        .into_iter()
+        .for_each(|order| calls.count(order));
+    assert_eq!((calls.value, calls.first, calls.second, calls.failed), (1, 2, 1, 0));
+}

@@ -1,7 +1,7 @@
 //! Evidence against values known from closed forms and quadrature: `fixtures/reference/evidence.toml`.
 
 use crate::problems::{Linear, normal, numbers};
-use approx::assert_abs_diff_eq;
+use approx::{assert_abs_diff_eq, assert_relative_eq};
 use rijke_inference::*;
 use rijke_numerics::{Cholesky, Matrix, Order, Streams};
 use std::f64::consts::PI;
@@ -227,4 +227,41 @@ fn oracle_an_inferred_noise_whose_median_lies_far_below_against_quadrature() {
         let exact = most + (step * all.iter().map(|v| (v - most).exp()).sum::<f64>()).ln();
         assert!((found - exact).abs() < 0.1, "{median}: {found} for {exact}");
     }
+}
+
+/// (a b, a + b^2, a^2/2).
+struct Bent;
+
+impl Forward for Bent {
+    fn predict(&self, x: &[f64], _: Order) -> Result<Prediction, ForwardError> {
+        let (a, b) = (x[0], x[1]);
+        Ok(Prediction {
+            values: vec![a * b, a + b * b, 0.5 * a * a],
+            jacobian: Matrix::from_fn(3, 2, |i, j| [[b, a], [1.0, 2.0 * b], [a, 0.0]][i][j]),
+            curvature: vec![0.0, 1.0, 0.0, 0.0, 0.0, 2.0, 1.0, 0.0, 0.0],
+        })
+    }
+}
+
+#[test]
+fn exact_the_size_of_second_derivatives_is_an_eigenvalue() {
+    let observation = Observation::new("bent", vec![1.5, 0.2, 1.1]).with_independent_noise(0, &[0, 1, 2]);
+    let data = Data::new(vec![observation], vec![NoiseGroup::fixed("noise", "1", 0.3)]).unwrap();
+    let parameters = Parameters::new(vec![normal("a", 1.0, 1.0), normal("b", 1.0, 0.5)]).unwrap();
+    let posterior = Posterior::new(&Bent, &data, &parameters).unwrap();
+    // The larger root in modulus of det(K - x G) = 0.
+    let root = |k: &Matrix, g: &Matrix| {
+        let det = |m: &Matrix| m[(0, 0)] * m[(1, 1)] - m[(0, 1)] * m[(1, 0)];
+        let mixed = k[(0, 0)] * g[(1, 1)] + k[(1, 1)] * g[(0, 0)] - 2.0 * k[(0, 1)] * g[(0, 1)];
+        let (half, product) = (0.5 * mixed / det(g), det(k) / det(g));
+        half.abs() + (half * half - product).sqrt()
+    };
+    let newton = posterior.laplace(&posterior.map(&MapOptions::default()).unwrap()).unwrap();
+    let expected = root(&newton.curvature, &newton.gauss_newton.plus(1.0, &newton.prior));
+    assert!(expected > 0.05, "{expected}");
+    assert_relative_eq!(newton.curvature_ratio(), expected, max_relative = 1e-10);
+    let fit = posterior.map(&MapOptions::bfgs()).unwrap();
+    let bfgs = posterior.laplace(&fit).unwrap();
+    let expected = root(&fit.search_hessian.plus(-1.0, &bfgs.hessian), &bfgs.hessian);
+    assert_relative_eq!(bfgs.bfgs_distance.unwrap(), expected, max_relative = 1e-8);
 }

@@ -40,6 +40,28 @@ fn exact_few_data_give_students_intervals() {
     }
 }
 
+#[test]
+fn exact_a_prior_of_the_noise_counts_as_data_of_it() {
+    // n - 2 data tell (n - 2)/2 of ln variance, and the prior 1/(2 ln_sd)^2.
+    let n = 6;
+    for ln_sd in [0.1, 0.4, 2.0] {
+        let (model, data, parameters) = line(n, 1e-12);
+        let groups = vec![NoiseGroup::inferred("noise", "V", 0.5, ln_sd)];
+        let data = Data::new(data.observations().to_vec(), groups).unwrap();
+        let posterior = Posterior::new(&model, &data, &parameters).unwrap();
+        let fit = posterior.map(&MapOptions::default()).unwrap();
+        let few = posterior.linearised(&fit, &posterior.laplace(&fit).unwrap()).unwrap().few();
+        let information = 0.5 * (n as f64 - 2.0) + 0.25 / (ln_sd * ln_sd);
+        let [(0, [factor, spread])] = few.noises[..] else { panic!("{few:?}") };
+        assert_relative_eq!(factor, 1.0 + 1.0 / information, max_relative = 1e-6);
+        assert_relative_eq!(spread, 1.0 / information, max_relative = 1e-6);
+        for parameter in &few.parameters {
+            let expected = factor.sqrt() * student(2.0 * information);
+            assert_relative_eq!(*parameter, expected, max_relative = 1e-6);
+        }
+    }
+}
+
 /// The restricted likelihood of a line, written out with dense matrices, and its second difference in ln
 /// variance.
 #[test]

@@ -161,3 +161,22 @@ fn message_a_misfit_along_one_place_is_refused() {
     let said = Structured::new(vec![1.0; 2]).with_misfit(&flat).unwrap_err().to_string();
     assert!(said.contains("runs from 1 to 1"), "{said}");
 }
+
+#[test]
+fn message_a_noise_of_few_data_is_hardly_determined() {
+    let coordinate: Vec<f64> = (0..2 * TIMES).map(|i| (i / 2) as f64).collect();
+    let part: Vec<usize> = (0..2 * TIMES).map(|i| i % 2).collect();
+    let correlated =
+        Correlated { size: 2, length: 3, kernel: Kernel::Matern52, coordinate: &coordinate, part: &part };
+    let structured = Structured::new(vec![4e-4; 2 * TIMES])
+        .with_noise(0, vec![1.0; 2 * TIMES])
+        .with_noise(1, (0..2 * TIMES).map(|i| f64::from(u8::from(i < 3))).collect())
+        .with_misfit(&correlated)
+        .unwrap();
+    let (_, groups) = with_misfit(Kernel::Matern52);
+    let data = Data::new(vec![Observation::new("s", values()).with_structure(structured)], groups).unwrap();
+    let options = AssessOptions { random_starts: 0, draws: 100, ..AssessOptions::default() };
+    let words = assess(&ringing_model(), &data, &unknowns(), &options).unwrap().health.warnings.join("; ");
+    // A misfit and its length act on all data.
+    assert!(words.contains("the noise of 'more noise' (3 data) is hardly determined"), "{words}");
+}

@@ -243,3 +243,63 @@ fn behaviour_a_prior_of_the_wrong_scale_hides_no_better_maximum() {
         assert!((a.fit.parameters[0] - 6.9).abs() < 0.1, "seed {seed}: {:?}", a.fit.parameters);
     }
 }
+
+/// a^2, whose second derivatives fail for positive a or none of whose calls fail.
+struct Square {
+    fails: bool,
+}
+
+impl Forward for Square {
+    fn predict(&self, a: &[f64], order: Order) -> Result<Prediction, ForwardError> {
+        if self.fails && a[0] > 0.0 && order == Order::Second {
+            return Err(ForwardError::recoverable("no second derivatives here"));
+        }
+        Ok(Prediction {
+            values: vec![a[0] * a[0]],
+            jacobian: Matrix::from_fn(1, 1, |_, _| 2.0 * a[0]),
+            curvature: vec![2.0],
+        })
+    }
+}
+
+#[test]
+fn exact_steps_and_failed_starts_are_counted() {
+    let observation = Observation::new("square", vec![1.0]).with_independent_noise(0, &[0]);
+    let data = Data::new(vec![observation], vec![NoiseGroup::fixed("noise", "1", SD)]).unwrap();
+    let parameters = Parameters::new(vec![normal("a", -0.8, 1.0)]).unwrap();
+    let options = |evaluations: usize| AssessOptions {
+        starts: vec![vec![0.9]],
+        random_starts: 0,
+        search: TrustRegion { max_evaluations: evaluations, ..TrustRegion::default() },
+        ..AssessOptions::default()
+    };
+    let counts = |fails: bool, evaluations: usize| {
+        let a = assess(&Square { fails }, &data, &parameters, &options(evaluations)).unwrap();
+        (a.health.starts, a.health.failed_starts, a.maxima.len())
+    };
+    assert_eq!(counts(false, 100), (2, 0, 2));
+    // The search of the second start ends in a failure, and neither of both converges.
+    assert_eq!(counts(true, 100), (2, 1, 1));
+    assert_eq!(counts(false, 1), (2, 2, 1));
+    let posterior = Posterior::new(&Square { fails: false }, &data, &parameters).unwrap();
+    let fit = posterior.map(&MapOptions::default()).unwrap();
+    assert!(fit.stop.converged() && (1..fit.calls.total()).contains(&fit.steps), "{} steps", fit.steps);
+}
+
+#[test]
+fn exact_no_more_searches_than_allowed() {
+    // The second maximum lies so far outside of the prior that only the starts from there lead to it, after
+    // which there is another batch.
+    let observation = Observation::new("square", vec![1.0]).with_independent_noise(0, &[0]);
+    let data = Data::new(vec![observation], vec![NoiseGroup::fixed("noise", "1", SD)]).unwrap();
+    let parameters = Parameters::new(vec![normal("a", 1.0, 0.25)]).unwrap();
+    let starts = |most_starts: usize| {
+        let options = AssessOptions { most_starts, ..AssessOptions::default() };
+        assess(&Square { fails: false }, &data, &parameters, &options).unwrap().health.starts
+    };
+    let all = starts(32);
+    assert!(all > 7, "{all} starts");
+    for most in 1..=all {
+        assert_eq!(starts(most), most);
+    }
+}

@@ -88,6 +88,43 @@ fn exact_every_prior_holds_unit_mass_in_every_coordinate() {
 }
 
 #[test]
+fn exact_a_truncated_prior_is_its_own_mirror() {
+    // Bounds on either side of the mean, up to where a tail is lost beside 1.
+    for (low, high) in [(0.5, 2.0), (3.0, 5.0), (9.0, 10.0), (30.0, 31.0)] {
+        let right = Prior::Truncated { mean: 0.0, sd: 1.0, low, high };
+        let left = Prior::Truncated { mean: 0.0, sd: 1.0, low: -high, high: -low };
+        for z in [-3.0, -0.5, 0.0, 1.0, 2.5] {
+            let (a, mirrored) = (right.of_score(z), left.of_score(-z));
+            assert_relative_eq!(a[0], -mirrored[0], max_relative = 1e-13);
+            assert_relative_eq!(a[1], mirrored[1], max_relative = 1e-9);
+            assert!(low < a[0] && a[0] < high, "{a:?}");
+            assert_relative_eq!(right.score(a[0]), z, epsilon = 1e-9);
+        }
+    }
+}
+
+#[test]
+fn order_densities_of_priors_have_their_derivatives() {
+    for prior in [
+        Prior::Normal { mean: 1.0, sd: 2.0 },
+        Prior::LogNormal { median: 2.0, ln_sd: 0.7 },
+        Prior::Uniform { low: -1.0, high: 3.0 },
+        Prior::HalfNormal { sd: 2.0 },
+        Prior::Truncated { mean: 0.5, sd: 1.0, low: 0.0, high: 2.0 },
+    ] {
+        for a in [0.6, 1.7] {
+            let at = prior.ln_density(a);
+            for k in 0..2 {
+                // Central differences of two steps, without their error of second order.
+                let slope = |h: f64| (prior.ln_density(a + h)[k] - prior.ln_density(a - h)[k]) / (2.0 * h);
+                let expected = (4.0 * slope(1e-3) - slope(2e-3)) / 3.0;
+                assert!((at[k + 1] - expected).abs() < 1e-9, "{prior:?} at {a}: {at:?}, {expected}");
+            }
+        }
+    }
+}
+
+#[test]
 fn exact_truncated_and_half_normal_quantiles_invert_the_mass() {
     let prior = Prior::Truncated { mean: 5.0, sd: 1.0, low: 0.0, high: 2.0 };
     let n = 100_000;
@@ -97,6 +134,7 @@ fn exact_truncated_and_half_normal_quantiles_invert_the_mass() {
     assert_relative_eq!(mass, 0.25, epsilon = 1e-8);
     let half = Prior::HalfNormal { sd: 2.0 };
     assert_relative_eq!(half.quantile(0.5), 2.0 * 0.674_489_750_196_081_7, max_relative = 1e-12);
+    assert!(Prior::Flat.quantile(0.5) == 0.0 && Prior::Flat.quantile(0.3).is_nan());
 }
 
 #[test]

@@ -40,6 +40,43 @@ fn message_covariances_of_the_wrong_shape_are_refused() {
 }
 
 #[test]
+fn message_a_joint_prior_is_symmetric_at_any_scale() {
+    // By correlations, whatever the units: 1 % is no rounding, and the last digit is.
+    for scale in [1e-9, 1.0, 1e9] {
+        let joint = |more: f64| {
+            let two = [normal("a", 0.0, scale), normal("b", 0.0, 1e3 * scale)];
+            let (aa, ab, bb) = (scale * scale, 300.0 * scale * scale, 1e6 * scale * scale);
+            let covariance = Matrix::from_fn(2, 2, |i, j| match (i, j) {
+                (0, 0) => aa,
+                (1, 1) => bb,
+                (0, _) => ab,
+                _ => ab * (1.0 + more),
+            });
+            Parameters::new(two.to_vec()).unwrap().with_joint(&["a", "b"], &[0.0; 2], &covariance)
+        };
+        let words = joint(0.01).unwrap_err().to_string();
+        assert!(words.contains("not symmetric (correlations differ by 3.0e-3)"), "{words}");
+        assert!(joint(2e-16).is_ok());
+    }
+}
+
+#[test]
+fn exact_forcing_fills_the_members_and_no_more() {
+    // Four members: their mean, one column, and two draws.
+    let against = Matrix::from_fn(4, 1, |i, _| (i * i) as f64);
+    let mut stream = Streams::new(2).stream("forcing");
+    let forcing = orthogonal_forcing(&against, &[4.0, 0.25], 1e-9, &mut stream).unwrap();
+    let product = |a: usize, b: usize| (0..4).map(|i| forcing[(i, a)] * forcing[(i, b)]).sum::<f64>() / 3.0;
+    let known = (0..4).map(|i| against[(i, 0)] * forcing[(i, 0)]).sum::<f64>();
+    for (found, expected) in [(product(0, 0), 4.0), (product(1, 1), 0.25), (product(0, 1), 0.0), (known, 0.0)]
+    {
+        assert!((found - expected).abs() < 1e-13, "{found}, not {expected}");
+    }
+    let error = orthogonal_forcing(&against, &[1.0; 3], 1e-9, &mut stream).unwrap_err();
+    assert_eq!(error, EnsembleError::TooFewMembers { have: 4, need: 5 });
+}
+
+#[test]
 fn message_samplers_that_cannot_end_are_refused() {
     let (model, data, parameters) = one();
     let posterior = Posterior::new(&model, &data, &parameters).unwrap();

@@ -104,6 +104,30 @@ fn exact_tension_of_a_linear_model_is_that_of_its_evidence() {
 }
 
 #[test]
+fn exact_directions_that_the_data_do_not_tell_are_no_surprise() {
+    // One datum of two parameters: T = (d - x'm)^2/(x'x + sd^2), of one degree of freedom.
+    let (row, means, sd, datum) = ([0.8, -0.3], [0.5, 4.0], 0.2, 3.0);
+    let parameters = Parameters::new(vec![normal("a", means[0], 1.0), normal("b", means[1], 1.0)]).unwrap();
+    let one = Linear(Matrix::from_fn(1, 2, |_, j| row[j]));
+    let found = assess(&one, &data(vec![datum], sd), &parameters, &AssessOptions::default()).unwrap();
+    let expected = (datum - row[0] * means[0] - row[1] * means[1]) / (0.73_f64 + sd * sd).sqrt();
+    assert_relative_eq!(found.health.conflict.declared.sds, expected, max_relative = 1e-9);
+    assert_eq!(found.health.conflict.declared.freedom, 1);
+}
+
+#[test]
+fn exact_a_conflict_begins_at_four_standard_deviations() {
+    // A datum that leaves nothing of the prior, 3.99 and 4.01 prior standard deviations from its centre.
+    for (distance, warnings) in [(3.99, 0), (-3.99, 0), (4.01, 2), (-4.01, 2)] {
+        let parameters = Parameters::new(vec![normal("a", 0.5, 2.0)]).unwrap();
+        let one = Linear(Matrix::identity(1));
+        let data = data(vec![0.5 + 2.0 * distance], 1e-4);
+        let found = assess(&one, &data, &parameters, &AssessOptions::default()).unwrap();
+        assert_eq!(found.health.conflict.warnings().len(), warnings, "{distance}");
+    }
+}
+
+#[test]
 fn coverage_tension_of_draws_from_the_prior() {
     // Truths from the prior: the tension must exceed two standard deviations in 4.55 % of cases.
     use rand::RngExt;

@@ -48,6 +48,21 @@ pub(crate) fn values() -> Vec<f64> {
 }
 
 #[test]
+fn exact_complex_columns_times_parts_are_parts_of_the_product() {
+    let x = numbers("complex columns", 12);
+    let columns: Vec<Vec<C64>> =
+        (0..2).map(|j| (0..3).map(|k| C64::new(x[6 * j + 2 * k], x[6 * j + 2 * k + 1])).collect()).collect();
+    let coefficients = [C64::new(0.7, -1.3), C64::new(2.1, 0.4)];
+    let parts: Vec<f64> = coefficients.iter().flat_map(|c| [c.re, c.im]).collect();
+    let found = complex_columns(&columns).times(&parts);
+    for k in 0..3 {
+        let sum: C64 = columns.iter().zip(coefficients).map(|(u, c)| u[k] * c).sum();
+        assert_abs_diff_eq!(found[2 * k], sum.re, epsilon = 1e-15);
+        assert_abs_diff_eq!(found[2 * k + 1], sum.im, epsilon = 1e-15);
+    }
+}
+
+#[test]
 fn oracle_value_and_slopes_against_the_dense_covariance() {
     let (structured, groups) = structure();
     let data = Data::new(vec![Observation::new("s", values()).with_structure(structured)], groups).unwrap();
