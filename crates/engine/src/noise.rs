@@ -63,12 +63,28 @@ pub struct Added {
     pub place: String,
     /// How far along frequency its error is about the same, Hz: the length of a squared exponential.
     pub length_hz: f64,
+    /// Frequencies, Hz, and the standard deviation there over that of the error; the same everywhere if
+    /// empty.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub along: Vec<[f64; 2]>,
 }
 
 /// Nodes of such an error in its length: the sum over them is the kernel to 1e-4 of it.
 const NODES: f64 = 1.5;
 
 impl Added {
+    /// The standard deviation at `hertz` over that of the error: linear between the frequencies that are
+    /// known, and beyond them that of the last one.
+    pub(crate) fn size(&self, hertz: f64) -> f64 {
+        let known = &self.along;
+        let after = known.partition_point(|[f, _]| *f < hertz);
+        match (after.checked_sub(1).and_then(|k| known.get(k)), known.get(after)) {
+            (Some([f, a]), Some([g, b])) => a + (b - a) * (hertz - f) / (g - f),
+            (Some([_, size]), None) | (None, Some([_, size])) => *size,
+            (None, None) => 1.0,
+        }
+    }
+
     /// Nodes along frequency, each an error of unit variance of its own, and their weights in the error at
     /// `hertz`: sums over u of exp(-(f - u)^2/l^2) exp(-(g - u)^2/l^2) are in proportion to exp(-(f -
     /// g)^2/(2 l^2)).

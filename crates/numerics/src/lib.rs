@@ -21,6 +21,7 @@ pub mod special;
 mod streams;
 pub mod tails;
 mod tell;
+mod two_part;
 mod whole;
 pub mod wide;
 pub mod words;
@@ -40,6 +41,7 @@ pub use range::range;
 pub use routh::has_growing_root;
 pub use streams::{Stream, Streams};
 pub use tell::Tell;
+pub use two_part::TwoPart;
 pub use whole::{write_through, write_whole};
 
 /// A complex number in double precision.

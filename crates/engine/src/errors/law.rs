@@ -68,6 +68,7 @@ impl LawErrors {
         // An error that is added to a law is another one at another frequency.
         let hertz = response.s.value().im / TAU;
         let apart = self.error.added.as_ref().map(|added| added.nodes(hertz));
+        let sd = self.error.sd * self.error.added.as_ref().map_or(1.0, |added| added.size(hertz));
         let levels: Vec<(String, f64)> = match apart {
             None => vec![(level, 1.0)],
             Some(nodes) => nodes.into_iter().map(|(k, w)| (format!("{level} {k}"), w)).collect(),
@@ -75,7 +76,7 @@ impl LawErrors {
         let change = |(part, k): (usize, usize)| {
             let slope = point.slope(&response, k);
             let one = move |(level, weight): &(String, f64)| {
-                let size = self.error.sd * weight;
+                let size = sd * weight;
                 let (role, level) = (self.error.role.clone(), level.clone());
                 (Cause::Law { role, part, level }, slope.iter().map(|d| d * size).collect())
             };

@@ -57,7 +57,8 @@ impl Blocks<'_> {
                 let sd = |k: usize| m.sd.get(k).copied().unwrap_or(0.0);
                 (0..2 * m.values.len()).map(move |i| sd(i / 2).powi(2))
             });
-            let mut covariance = Structured::new(variance.collect()).with_noise(0, vec![1.0; values.len()]);
+            let factors = loads.iter().flat_map(|m| (0..2 * m.values.len()).map(|i| m.factor(i / 2)));
+            let mut covariance = Structured::new(variance.collect()).with_noise(0, factors.collect());
             let columns = columns(loads, about, self.errors);
             for (columns, (term, group)) in columns.iter().zip(self.errors.iter().zip(&floated)) {
                 covariance = match (group, &term.sd) {

@@ -1,6 +1,7 @@
 //! What stages of responses found, for the stages of modes that stand on them: their posteriors are priors
 //! there, their evidence counts, and so does the misfit of the laws that they measured.
 
+use super::measured::Measured;
 use super::predict::Load;
 use super::record::{ResponseModelRecord, ResponseStageRecord};
 use super::{LENGTH_OF_MISFIT, MISFIT, NOISE};
@@ -80,6 +81,9 @@ pub(super) struct Learned {
     pub(super) beside: Vec<GroundMaximum>,
     /// The misfit of its law.
     pub(super) law: Option<LawError>,
+    /// The share of the variance of every number that the fit left to its residual, load after load; empty
+    /// where no noise is asked for.
+    pub(super) left: Vec<f64>,
 }
 
 fn all() -> f64 {
@@ -202,17 +206,20 @@ impl GroundModel {
 
 /// The misfit of a law that was measured by itself, as an error that is added to that law: of every response
 /// what correlates along frequency, and noise that the data chose, of which nobody said that it is the
-/// measurement's. None for responses that are of no law, or where there is no such misfit.
+/// measurement's, at each frequency as large as it is in `measured`. None for responses that are of no law,
+/// or where there is no such misfit.
 pub(super) fn law_error(
     study: &Study,
     candidates: &BTreeMap<String, String>,
     loads: &[Load<'_>],
+    measured: &[Measured],
     noise: &[NoiseEstimate],
 ) -> Option<LawError> {
-    let found = noise.iter().filter(|n| n.name == MISFIT || (n.name == NOISE && n.floats));
-    let sd = found.map(|n| n.sd * n.sd).sum::<f64>().sqrt();
+    let of_group = |name: &str| noise.iter().find(|n| n.name == name);
+    let misfit = of_group(MISFIT).map_or(0.0, |n| n.sd * n.sd);
+    let floated = of_group(NOISE).filter(|n| n.floats).map_or(0.0, |n| n.sd * n.sd);
     let correlated = noise.iter().find(|n| n.name == LENGTH_OF_MISFIT).map(|n| n.sd);
-    let of = |load: &Load<'_>| {
+    let of = |(load, m): (&Load<'_>, &Measured)| {
         let ResponseKind::Law { at, coefficient, factor } = &load.what else { return None };
         let of_it = |id: &String| {
             let candidate = study.catalogue.get(id)?;
@@ -221,13 +228,17 @@ pub(super) fn law_error(
             Some((candidate.role.clone(), effect.place_text.clone()))
         };
         let (role, place) = candidates.values().find_map(of_it)?;
-        let sd = sd / factor.real(&load.model.numbers).abs();
+        let variance: Vec<f64> = (0..m.values.len()).map(|i| misfit + floated * m.factor(i)).collect();
+        let mean = variance.iter().sum::<f64>() / variance.len().max(1) as f64;
+        let sd = mean.sqrt() / factor.real(&load.model.numbers).abs();
         // Of noise that does not correlate, neighbouring frequencies are apart.
         let f = &load.frequency_hz;
         let step = (f.last()? - f.first()?) / (f.len().max(2) - 1) as f64;
         let length_hz = correlated.unwrap_or(step).max(f64::MIN_POSITIVE);
-        let added = Added { coefficient: coefficient.name().to_owned(), place, length_hz };
+        let along = f.iter().zip(&variance).map(|(f, v)| [*f, (v / mean).sqrt()]);
+        let along = if m.factor.is_empty() { Vec::new() } else { along.collect() };
+        let added = Added { coefficient: coefficient.name().to_owned(), place, length_hz, along };
         (sd > 0.0 && sd.is_finite()).then_some(LawError { role, sd, over: None, added: Some(added) })
     };
-    loads.iter().filter_map(of).max_by(|a, b| a.sd.total_cmp(&b.sd))
+    loads.iter().zip(measured).filter_map(of).max_by(|a, b| a.sd.total_cmp(&b.sd))
 }

@@ -318,7 +318,7 @@ impl Rest<'_> {
 
     /// The covariance of the real parts of two numbers of one load, and of the imaginary ones.
     pub(super) fn covariance_of(&self, m: &Measured, i: usize, j: usize) -> f64 {
-        let own = |i: usize| self.sd(NOISE).powi(2) + m.sd.get(i).map_or(0.0, |sd| sd * sd);
+        let own = |i: usize| self.sd(NOISE).powi(2) * m.factor(i) + m.sd.get(i).map_or(0.0, |sd| sd * sd);
         let smooth = self.kernel.map_or(0.0, |kernel| {
             let distance = m.frequency_hz[i] - m.frequency_hz[j];
             self.sd(MISFIT).powi(2) * kernel.correlation(distance, self.sd(LENGTH_OF_MISFIT))

@@ -17,6 +17,15 @@ pub(super) struct Measured {
     pub(super) values: Vec<C64>,
     /// Empty if no standard deviations were measured.
     pub(super) sd: Vec<f64>,
+    /// Variance of the noise of each number over that of the noise of the stage; empty if all have the same.
+    pub(super) factor: Vec<f64>,
+}
+
+impl Measured {
+    /// The variance of the noise of number `i` over that of the noise of the stage.
+    pub(super) fn factor(&self, i: usize) -> f64 {
+        self.factor.get(i).copied().unwrap_or(1.0)
+    }
 }
 
 /// The places of the loads of each session.

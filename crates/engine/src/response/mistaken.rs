@@ -98,7 +98,8 @@ fn inverted(data: &Selected) -> Option<Undone> {
         }
         ratios.extend(m.values.iter().map(|z| z.norm()));
         let sd = m.sd.iter().zip(&m.values).map(|(sd, z)| sd / z.norm_sqr()).collect();
-        Measured { values: m.values.iter().map(C64::inv).collect(), sd, ..m.clone() }
+        let factor = m.factor.iter().zip(&m.values).map(|(f, z)| f / z.norm_sqr().powi(2)).collect();
+        Measured { values: m.values.iter().map(C64::inv).collect(), sd, factor, ..m.clone() }
     };
     let turned = data.measured.iter().zip(&data.whats).map(one).collect();
     if ratios.is_empty() || ratios.contains(&0.0) {
@@ -169,7 +170,8 @@ fn exchanged(data: &Selected, [a, b]: [usize; 2]) -> Option<(Vec<Measured>, f64)
         // Both parts of a number.
         ln_scale += 2.0 * sizes.iter().map(|size| size.ln()).sum::<f64>();
         let sd = m.sd.iter().zip(&sizes).map(|(sd, size)| sd * size).collect();
-        Some(Measured { values, sd, ..m.clone() })
+        let factor = m.factor.iter().zip(&sizes).map(|(f, size)| f * size * size).collect();
+        Some(Measured { values, sd, factor, ..m.clone() })
     };
     let all: Option<Vec<Measured>> = data.measured.iter().enumerate().map(one).collect();
     all.filter(|_| changed).map(|all| (all, ln_scale))

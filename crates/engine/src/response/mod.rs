@@ -13,6 +13,7 @@ mod ground;
 mod head;
 mod measured;
 mod mistaken;
+mod noise;
 mod predict;
 mod record;
 mod residual;
@@ -23,9 +24,10 @@ mod stage;
 mod stray;
 mod train;
 
-/// Groups of noise by name: of every number, of the model, and the frequencies along which that of the model
-/// is alike.
-const NOISE: &str = "noise";
+/// Groups of noise by name: of every number, in two parts where the data ask for them, of the model, and the
+/// frequencies along which that of the model is alike.
+pub(crate) const NOISE: &str = "noise";
+pub(crate) const IN_PROPORTION: &str = "noise in proportion to the modulus";
 const MISFIT: &str = "misfit";
 const LENGTH_OF_MISFIT: &str = "length of the misfit";
 

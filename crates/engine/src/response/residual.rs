@@ -10,7 +10,7 @@ use rijke_study::plan::SdSpec;
 use rijke_study::responses::{ResponseKind, ResponseStage};
 
 /// A correlation of neighbouring residuals beyond this many standard deviations is none of noise.
-const NOT_NOISE: f64 = 4.0;
+pub(super) const NOT_NOISE: f64 = 4.0;
 
 /// Residuals of such a share of the data are no small fault of the model.
 pub(super) const POOR: f64 = 0.1;
@@ -147,7 +147,8 @@ impl Left {
         if let Some(power) = self.grows() {
             remarks.push(format!(
                 "the residuals grow with the modulus of the data, to the power {power:.1}, but one noise is taken for all: standard deviations are too small, by a \
-                 factor of two over a decade of moduli; give every row its standard deviation (a column `sd`), such as 3 % of the modulus"
+                 factor of two over a decade of moduli; give every row its standard deviation (a column `sd`), such as 3 % of the modulus, or let the noise \
+                 float alone (noise = \"floated\", without misfit), with a part in proportion to the modulus"
             ));
         } else {
             remarks.extend(stray(measured, &self.distances));
@@ -242,7 +243,16 @@ mod tests {
 
     fn load(values: Vec<C64>, sd: Vec<f64>) -> Measured {
         let frequency_hz = (0..values.len()).map(|k| k as f64).collect();
-        Measured { label: String::new(), session: 0, unknown_sources: false, frequency_hz, values, sd }
+        let factor = Vec::new();
+        Measured {
+            label: String::new(),
+            session: 0,
+            unknown_sources: false,
+            frequency_hz,
+            values,
+            sd,
+            factor,
+        }
     }
 
     /// Two hundred numbers of which the second half was measured a hundred times as badly; beside the noise

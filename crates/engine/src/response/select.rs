@@ -78,6 +78,7 @@ impl Selected {
                 frequency_hz: keep.iter().map(|&k| o.frequency_hz[k]).collect(),
                 values: keep.iter().map(|&k| o.values[k]).collect(),
                 sd: if o.sd.is_empty() { Vec::new() } else { keep.iter().map(|&k| o.sd[k]).collect() },
+                factor: Vec::new(),
             });
             all.points.push(o.point);
             all.whats.push(o.what.clone());

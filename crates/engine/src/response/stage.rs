@@ -7,6 +7,7 @@ use super::ground::{Ground, Learned, law_error};
 use super::head::Rest;
 use super::measured::Measured;
 use super::mistaken::mistaken;
+use super::noise::{in_parts, left_by_the_fit, settled, with_the_noise_asked_for};
 use super::predict::Responses;
 use super::record::{LoadRecord, ResponseModelRecord, ResponseStageRecord};
 use super::residual::{left, untold};
@@ -19,9 +20,10 @@ use crate::run::{EvidenceRecord, TrainedParameter};
 use crate::{Assembly, EngineError, NamedGaussian};
 use rayon::prelude::*;
 use rijke_inference::{Parameter, Parameters};
-use rijke_numerics::{C64, InOrder};
+use rijke_numerics::{C64, InOrder, TwoPart};
 use rijke_study::responses::{ResponseKind, ResponseStage, Responses as Observed};
 use rijke_study::{Candidate, Cause, ErrorTerm, Study};
+use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
@@ -83,12 +85,16 @@ impl ResponseRun {
             return Err(EngineError::Refused { stage: stage.id, problem: problem.to_owned() });
         }
         let one = |row| {
-            let found = self.row(&stage, row, &data);
+            let found = self.row(&stage, row, &data, None);
             trained();
             found
         };
-        let (models, found): (Vec<_>, Vec<Option<Learned>>) =
+        let trained: (Vec<_>, Vec<Option<Learned>>) =
             rows.par_iter().map(one).in_order::<Result<_, EngineError>>()?;
+        let again = |k: usize, noise: &TwoPart, heard: &[Vec<C64>]| {
+            self.row(&stage, &rows[k], &data, Some((noise, heard)))
+        };
+        let (models, found) = with_the_noise_asked_for(&stage, &data.measured, trained, &again)?;
         let best = (0..models.len())
             .filter(|k| found[*k].is_some())
             .max_by(|a, b| models[*a].ln_evidence().total_cmp(&models[*b].ln_evidence()));
@@ -148,8 +154,9 @@ impl ResponseRun {
         stage: &ResponseStage,
         row: &Row,
         data: &Selected,
+        noise: Option<(&TwoPart, &[Vec<C64>])>,
     ) -> Result<(ResponseModelRecord, Option<Learned>), EngineError> {
-        let measured = &data.measured;
+        let mut measured = Cow::Borrowed(&data.measured[..]);
         let mut record = ResponseModelRecord {
             id: row.id(),
             label: row.own.iter().map(|c| c.name.as_str()).collect::<Vec<_>>().join("; "),
@@ -178,21 +185,31 @@ impl ResponseRun {
         let starts: Vec<Vec<f64>> = aliases.iter().flat_map(|a| a.starts.clone()).collect();
         let training = Training {
             responses: &responses,
-            measured,
+            measured: &data.measured,
             errors: &errors,
             parameters: &parameters,
             stage,
             starts: &starts,
         };
         let about = |at: &[f64]| self.about(&assembly, data, &responses, at);
-        let (at_last, found) = match training.of_a_row(&about) {
+        let outcome = match noise {
+            None => training.of_a_row(&about),
+            Some((noise, heard)) => {
+                settled(&training, noise, heard, &about).map(|(scaled, at_last, found)| {
+                    measured = Cow::Owned(scaled);
+                    (at_last, found)
+                })
+            }
+        };
+        let (at_last, found) = match outcome {
             Ok(found) => found,
             Err(error) => {
                 record.remark = Some(error.to_string());
                 return Ok((record, None));
             }
         };
-        let training = Training { responses: at_last.as_ref().unwrap_or(&responses), ..training };
+        let measured = &measured[..];
+        let training = Training { responses: at_last.as_ref().unwrap_or(&responses), measured, ..training };
         let (fit, laplace, evidence) = (&found.fit, &found.laplace, found.evidence);
         let mut remarks = found.warnings.clone();
         record.evidence = Some(EvidenceRecord {
@@ -210,7 +227,7 @@ impl ResponseRun {
         TrainedParameter::tie(&mut record.parameters, covariance);
         record.errors = responses.errors.causes.len();
         record.channels = responses.channels.parameters.len();
-        record.noise.clone_from(&fit.noise);
+        record.noise = noise.map_or_else(|| fit.noise.clone(), |(noise, _)| in_parts(&fit.noise, noise));
         record.maxima.clone_from(&found.maxima);
         remarks.extend(aliases.iter().map(ToString::to_string));
         let rest = Rest { noise: &fit.noise, kernel: stage.misfit.as_ref().map(|m| m.kernel) };
@@ -233,9 +250,10 @@ impl ResponseRun {
             mean: fit.parameters.clone(),
             covariance: laplace.physical_covariance.clone(),
         };
-        let law = law_error(&self.study, &row.choice, &responses.loads, &fit.noise);
+        let law = law_error(&self.study, &row.choice, &responses.loads, measured, &fit.noise);
         let causes = responses.errors.causes.clone();
-        Ok((record, Some(Learned { known, causes, share: found.share, beside: found.beside, law })))
+        let left = left_by_the_fit(&training, &found)?;
+        Ok((record, Some(Learned { known, causes, share: found.share, beside: found.beside, law, left })))
     }
 
     /// The model of a row, and the errors of its head.

@@ -59,8 +59,8 @@ pub(super) fn stray(measured: &[Measured], distances: &[Vec<f64>]) -> Vec<String
     if !alone.is_empty() {
         let places: Vec<&str> = alone.iter().map(|(_, place)| place.as_str()).collect();
         said.push(format!(
-            "{}: {:.0} times as far from the model as is usual here, and alone among the frequencies beside: look at these rows, which make the noise \
-             large for all",
+            "{}: {:.0} times as far from the model as is usual here, and alone among the frequencies beside: look at these rows, \
+             which make the noise large for all",
             few(&places, NAMED),
             alone[0].0 / usual
         ));
@@ -86,6 +86,7 @@ mod tests {
             frequency_hz: (0..10).map(|k| 100.0 + 10.0 * f64::from(k)).collect(),
             values: Vec::new(),
             sd: Vec::new(),
+            factor: Vec::new(),
         }
     }
 

@@ -1,9 +1,9 @@
 //! What is said of a stage that trained on responses.
 
 use super::doubts::{reasons, warn_of_prior};
-use crate::response::ResponseStageRecord;
+use crate::response::{IN_PROPORTION, NOISE, ResponseStageRecord};
 use rijke_numerics::Tell;
-use rijke_numerics::words::{counted, fixed, quantity};
+use rijke_numerics::words::{counted, fixed, quantity, to_digits};
 
 /// The models of a stage, best first.
 pub fn tell_responses(stage: &ResponseStageRecord, tell: &dyn Tell) {
@@ -54,9 +54,13 @@ pub fn tell_responses(stage: &ResponseStageRecord, tell: &dyn Tell) {
                 if untold == 1 { "error is" } else { "errors are" }
             ));
         }
-        for n in model.noise.iter().filter(|n| n.floats) {
+        let share = model.noise.iter().find(|n| n.name == IN_PROPORTION);
+        for n in model.noise.iter().filter(|n| n.floats && n.name != IN_PROPORTION) {
             let unit = if n.unit == "1" { "" } else { &n.unit };
-            tell.say(format!("      {}: {:.3e} {unit}", n.name, n.sd).trim_end().to_owned());
+            let grows = share.filter(|_| n.name == NOISE);
+            let grows = grows
+                .map_or_else(String::new, |s| format!(" + {} % of the modulus", to_digits(100.0 * s.sd, 2)));
+            tell.say(format!("      {}: {:.3e} {unit}", n.name, n.sd).trim_end().to_owned() + &grows);
         }
         tell.say(format!(
             "      residual {:.3e}, correlation of neighbours {:.2}",

@@ -3,7 +3,7 @@
 use super::relocate::{Samples, relocate, residues, spread, upper};
 use super::rows::{TableRow, phase_slope};
 use super::table::Table;
-use crate::{C64, Stream};
+use crate::{C64, Stream, TwoPart};
 use rand::RngExt;
 use std::f64::consts::PI;
 
@@ -17,10 +17,19 @@ const STEPS: [usize; 2] = [8, 4];
 /// grows off it, so that fits which are a little less likely there must count.
 const TEMPER: f64 = 3.0;
 
+/// Nats by which residuals must be more probable with a noise that grows with the gain.
+const GAIN: f64 = 2.0;
+/// Nats that another such noise may gain when it has settled, and most times that it is sought.
+const SAME: f64 = 0.02;
+const ROUNDS: usize = 6;
+
 /// The fits that a table allows, with their shares of the probability.
 #[derive(Clone, Debug)]
 pub struct Likely {
     omega: Vec<f64>,
+    /// The standard deviation of the noise of each row over that of the noise of a fit; empty if all are
+    /// one.
+    sds: Vec<f64>,
     fits: Vec<(Table, f64)>,
 }
 
@@ -28,35 +37,29 @@ impl Likely {
     /// Beside `kept`, fits of orders up to 4 lower and higher with six delays, from none to the mean delay of
     /// the table, by least squares. Each weighs exp(-AICc/6), Akaike's criterion with the noise inferred,
     /// corrected for few rows; fits with growing poles at the frequencies of the table are left out.
+    ///
+    /// The noise is the same for all rows, or has a part in proportion to the gain of the most probable fit,
+    /// where the residuals of that ask for it ([`TwoPart`]); rows then count by it in all fits.
     #[must_use]
     pub fn of(rows: &[TableRow], kept: &Table) -> Self {
         let omega: Vec<f64> = rows.iter().map(|row| 2.0 * PI * row.frequency).collect();
         let values: Vec<C64> = rows.iter().map(|row| C64::from_polar(row.gain, row.phase)).collect();
-        let mean = -phase_slope(rows).min(0.0);
-        let gap = |(w, v): (&f64, &C64)| (kept.value(C64::new(0.0, *w)) - v).norm_sqr();
-        let mut found = vec![(kept.clone(), omega.iter().zip(&values).map(gap).sum())];
-        let order = kept.terms.len();
-        for part in if mean > 0.0 { &DELAYS[..] } else { &DELAYS[..1] } {
-            for order in order.saturating_sub(BESIDE)..=order + BESIDE {
-                let poles = spread(order, range(&omega));
-                let fit = best(&omega, &values, part * mean, poles, STEPS[0]);
-                found.extend(fit.filter(|(fit, _)| !fit.grows()));
+        let delay = -phase_slope(rows).min(0.0);
+        let measured = Measured { omega: &omega, values: &values, delay, kept };
+        let (mut sds, mut fits, mut noise) = (Vec::new(), measured.fits(&[]), TwoPart::white());
+        for _ in 0..ROUNDS {
+            let Some((best, _)) = fits.iter().max_by(|a, b| a.1.total_cmp(&b.1)) else { break };
+            let residuals = measured.residuals(best);
+            let (other, gain) = TwoPart::of(&residuals);
+            let least = if noise == TwoPart::white() { GAIN } else { noise.gain(&residuals) + SAME };
+            if gain < least {
+                break;
             }
+            noise = other;
+            sds = residuals.iter().map(|[gain, ..]| noise.factor(*gain).sqrt()).collect();
+            fits = measured.fits(&sds);
         }
-        let numbers = 2.0 * rows.len() as f64;
-        let rated = found.into_iter().filter_map(|(fit, square)| {
-            let parameters = 2.0 * fit.terms.len() as f64 + 1.0 + f64::from(fit.delay > 0.0);
-            let free = numbers - parameters - 1.0;
-            let criterion = numbers * (square / numbers).ln() + 2.0 * parameters * numbers / free;
-            let noise = (2.0 * square / (free + 1.0)).sqrt();
-            (free > 0.0 && criterion.is_finite()).then_some((Table { noise, ..fit }, criterion))
-        });
-        let rated: Vec<(Table, f64)> = rated.collect();
-        let least = rated.iter().map(|f| f.1).fold(f64::INFINITY, f64::min);
-        let weight = |criterion: f64| (-0.5 * (criterion - least) / TEMPER).exp();
-        let total: f64 = rated.iter().map(|f| weight(f.1)).sum();
-        let fits = rated.into_iter().map(|(fit, c)| (fit, weight(c) / total)).collect();
-        Self { omega, fits }
+        Self { omega, sds, fits }
     }
 
     /// A function that could as well be the one that was measured: a fit by its probability, its values with
@@ -70,34 +73,100 @@ impl Likely {
             left <= 0.0
         });
         let (fit, _) = by.or(self.fits.last())?;
-        let mut value = |w: &f64| {
+        let mut value = |(k, w): (usize, &f64)| {
             // Box and Muller: of a complex error of mean square 1.
             let [radius, turn]: [f64; 2] = [stream.random(), stream.random()];
+            let sd = fit.noise * self.sds.get(k).copied().unwrap_or(1.0);
             fit.value(C64::new(0.0, *w))
-                + fit.noise * C64::from_polar((-(1.0 - radius).ln()).sqrt(), 2.0 * PI * turn)
+                + sd * C64::from_polar((-(1.0 - radius).ln()).sqrt(), 2.0 * PI * turn)
         };
-        let values: Vec<C64> = self.omega.iter().map(&mut value).collect();
+        let values: Vec<C64> = self.omega.iter().enumerate().map(&mut value).collect();
         let poles = upper(fit.terms.iter().map(|t| t.0));
-        best(&self.omega, &values, fit.delay, poles, STEPS[1]).map(|found| found.0)
+        let samples = Samples { omega: &self.omega, values: &values, sds: &self.sds };
+        best(&samples, fit.delay, poles, STEPS[1]).map(|found| found.0)
     }
+}
+
+/// A table, its mean delay, and the fit that is kept.
+struct Measured<'a> {
+    omega: &'a [f64],
+    values: &'a [C64],
+    delay: f64,
+    kept: &'a Table,
+}
+
+impl Measured<'_> {
+    /// The gain of a fit, the square of its deviation, and the share of it that the fit leaves, of every row:
+    /// the same for all.
+    fn residuals(&self, fit: &Table) -> Vec<[f64; 3]> {
+        let left = 1.0 - parameters(fit) / (2.0 * self.omega.len() as f64);
+        let at = |(w, v): (&f64, &C64)| {
+            let told = fit.value(C64::new(0.0, *w));
+            [told.norm(), (told - v).norm_sqr(), left.max(0.0)]
+        };
+        self.omega.iter().zip(self.values).map(at).collect()
+    }
+
+    /// The fits with their probabilities, if the noise of the rows has standard deviations in proportion to
+    /// `sds`.
+    fn fits(&self, sds: &[f64]) -> Vec<(Table, f64)> {
+        let Self { omega, values, delay: mean, kept } = *self;
+        let weight = |k: usize| sds.get(k).map_or(1.0, |sd| 1.0 / (sd * sd));
+        let square =
+            self.residuals(kept).iter().enumerate().map(|(k, [_, square, _])| weight(k) * square).sum();
+        let mut found = vec![(kept.clone(), square)];
+        let order = kept.terms.len();
+        let samples = Samples { omega, values, sds };
+        for part in if mean > 0.0 { &DELAYS[..] } else { &DELAYS[..1] } {
+            for order in order.saturating_sub(BESIDE)..=order + BESIDE {
+                let poles = spread(order, range(omega));
+                let fit = best(&samples, part * mean, poles, STEPS[0]);
+                found.extend(fit.filter(|(fit, _)| !fit.grows()));
+            }
+        }
+        let numbers = 2.0 * omega.len() as f64;
+        let rated = found.into_iter().filter_map(|(fit, square)| {
+            let parameters = parameters(&fit);
+            let free = numbers - parameters - 1.0;
+            let criterion = numbers * (square / numbers).ln() + 2.0 * parameters * numbers / free;
+            let noise = (2.0 * square / (free + 1.0)).sqrt();
+            (free > 0.0 && criterion.is_finite()).then_some((Table { noise, ..fit }, criterion))
+        });
+        let rated: Vec<(Table, f64)> = rated.collect();
+        let least = rated.iter().map(|f| f.1).fold(f64::INFINITY, f64::min);
+        let weight = |criterion: f64| (-0.5 * (criterion - least) / TEMPER).exp();
+        let total: f64 = rated.iter().map(|f| weight(f.1)).sum();
+        rated.into_iter().map(|(fit, c)| (fit, weight(c) / total)).collect()
+    }
+}
+
+/// The numbers of a fit: of a pair two for the pole and two for the residue.
+fn parameters(fit: &Table) -> f64 {
+    2.0 * fit.terms.len() as f64 + 1.0 + f64::from(fit.delay > 0.0)
 }
 
 fn range(omega: &[f64]) -> [f64; 2] {
     [omega[0], omega[omega.len() - 1]]
 }
 
-/// The best fit that some steps of vector fitting from `poles` reach, and the sum of its squared deviations.
-fn best(omega: &[f64], values: &[C64], delay: f64, poles: Vec<C64>, steps: usize) -> Option<(Table, f64)> {
+/// The best fit with a delay that some steps of vector fitting from `poles` reach, and the sum of its squared
+/// deviations over `sds`.
+fn best(samples: &Samples<'_>, delay: f64, poles: Vec<C64>, steps: usize) -> Option<(Table, f64)> {
+    let Samples { omega, sds, .. } = *samples;
+    let sd = |k: usize| sds.get(k).copied().unwrap_or(1.0);
     let values: Vec<C64> =
-        omega.iter().zip(values).map(|(w, v)| v * C64::from_polar(1.0, w * delay)).collect();
-    let samples = Samples { omega, values: &values };
+        omega.iter().zip(samples.values).map(|(w, v)| v * C64::from_polar(1.0, w * delay)).collect();
+    let samples = Samples { omega, values: &values, sds };
     let blank =
         Table { delay, constant: 0.0, terms: Vec::new(), deviation: 0.0, noise: 0.0, range: range(omega) };
     let square = |fit: &Table| -> f64 {
-        omega.iter().zip(&values).map(|(w, v)| (fit.rational(C64::new(0.0, *w)) - v).norm_sqr()).sum()
+        let at = |(k, w): (usize, &f64)| ((fit.rational(C64::new(0.0, *w)) - values[k]) / sd(k)).norm_sqr();
+        omega.iter().enumerate().map(at).sum()
     };
     if poles.is_empty() {
-        let constant = values.iter().sum::<C64>().re / values.len() as f64;
+        let weights = || (0..values.len()).map(|k| 1.0 / (sd(k) * sd(k)));
+        let sum = weights().zip(&values).map(|(w, v)| w * v.re).sum::<f64>();
+        let constant = sum / weights().sum::<f64>();
         let fit = Table { constant, ..blank };
         let square = square(&fit);
         return Some((fit, square));

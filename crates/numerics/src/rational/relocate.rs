@@ -11,10 +11,19 @@ pub(super) struct Fractions {
     pub(super) terms: Vec<(C64, C64)>,
 }
 
-/// Values at i omega, all of one weight.
+/// Values at i omega.
 pub(super) struct Samples<'a> {
     pub(super) omega: &'a [f64],
     pub(super) values: &'a [C64],
+    /// The standard deviation of each, in proportion; empty if all have the same.
+    pub(super) sds: &'a [f64],
+}
+
+impl Samples<'_> {
+    /// What the equation of sample `i` is multiplied by.
+    fn weight(&self, i: usize) -> f64 {
+        self.sds.get(i).map_or(1.0, |sd| 1.0 / sd)
+    }
 }
 
 /// Poles of `order` spread over the band, of a damping of 1 %.
@@ -72,7 +81,7 @@ pub(super) fn residues(samples: &Samples<'_>, poles: &[C64]) -> Option<Fractions
     let rows: Vec<Vec<C64>> = samples.omega.iter().map(|w| basis(C64::new(0.0, *w), poles)).collect();
     let n = rows.first()?.len();
     let part = |v: &dyn Fn(usize) -> C64| -> Vec<f64> {
-        let all: Vec<C64> = (0..rows.len()).map(v).collect();
+        let all: Vec<C64> = (0..rows.len()).map(|i| v(i) * samples.weight(i)).collect();
         all.iter().map(|z| z.re).chain(all.iter().map(|z| z.im)).collect()
     };
     let mut columns: Vec<Vec<f64>> = (0..n).map(|k| part(&|i| rows[i][k])).collect();
@@ -91,8 +100,8 @@ pub(super) fn relocate(samples: &Samples<'_>, poles: &[C64]) -> Result<Vec<C64>,
         row.push(C64::ONE);
         let turned: Vec<C64> = row.iter().map(|v| -f * v).collect();
         for (k, v) in row.into_iter().chain(turned).enumerate() {
-            a[(i, k)] = v.re;
-            a[(m + i, k)] = v.im;
+            let v = v * samples.weight(i);
+            (a[(i, k)], a[(m + i, k)]) = (v.re, v.im);
         }
     }
     let scale: Vec<f64> = (0..n)

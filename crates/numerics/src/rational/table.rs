@@ -171,7 +171,7 @@ impl Table {
                 range,
             });
         }
-        let samples = Samples { omega, values: &values };
+        let samples = Samples { omega, values: &values, sds: &[] };
         let goal = Goal { scale, tolerance };
         let mean = values.iter().sum::<C64>().re / values.len() as f64;
         let (unknown, none) = (f64::INFINITY, Vec::new());

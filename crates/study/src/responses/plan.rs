@@ -53,6 +53,8 @@ pub struct ResponseStage {
     /// Independent noise of the real and of the imaginary part of each number.
     #[serde(default = "floated")]
     pub noise: SdSpec,
+    /// Whether noise that floats has a part in proportion to the modulus; as the data ask for it if absent.
+    pub noise_in_proportion: Option<bool>,
     /// An error of the model that is correlated along frequency; none if absent.
     pub misfit: Option<MisfitSpec>,
     /// Whether other maxima of the posterior are looked for and the evidence is checked: some hundred calls

@@ -1,0 +1,239 @@
+//! Noise of a floor and of a part in proportion to the modulus: whether the data ask for it, and the training
+//! of a model with it.
+//!
+//! The modulus is that of what the model says of each number, at the end of the last fit, and the fit is
+//! repeated until it stays. By the measured modulus a number that noise made large would count for less, and
+//! the gain would come out too small by twice the square of the relative noise. The fit does not ask how the
+//! noise changes with the parameters: a parameter is told by the numbers, and not by their scatter.
+
+use super::ground::Learned;
+use super::head::Rest;
+use super::measured::Measured;
+use super::predict::Responses;
+use super::record::ResponseModelRecord;
+use super::residual::{NOT_NOISE, left};
+use super::train::{Found, Training};
+use super::{IN_PROPORTION, NOISE};
+use crate::EngineError;
+use rayon::prelude::*;
+use rijke_inference::NoiseEstimate;
+use rijke_numerics::{C64, InOrder, Jet, Order, TwoPart};
+use rijke_study::plan::SdSpec;
+use rijke_study::responses::ResponseStage;
+
+/// Nats by which residuals must be more probable with a part in proportion before all models are judged with
+/// one: of white noise one stage in fifty does so by chance, and its deviations stay honest.
+const GAIN: f64 = 2.0;
+/// Nats that another ratio of the parts may gain when the ratio has settled.
+const SAME: f64 = 0.02;
+/// Most trainings until it does, and most models that tell it.
+const ROUNDS: usize = 4;
+/// A number of which a fit leaves less counts as if it left so much.
+const LEAST_LEFT: f64 = 0.05;
+/// Change of ln of a variance from fit to fit at which the variances have settled.
+const SETTLED: f64 = 2e-3;
+/// Most fits until they settle, and those after which they move half as far.
+const FITS: usize = 20;
+const WHOLE_STEPS: usize = 5;
+
+/// The models of a stage, and what was learned of each.
+type Trained = (Vec<ResponseModelRecord>, Vec<Option<Learned>>);
+
+/// The training of a model with a noise, that starts at what is told of every number.
+type Again<'a> = dyn Fn(usize, &TwoPart, &[Vec<C64>]) -> Result<(ResponseModelRecord, Option<Learned>), EngineError>
+    + Sync
+    + 'a;
+
+/// The models of a stage as they were `trained`, or trained `again` with a noise that has a part in
+/// proportion to the modulus, if the data ask for it. The ratio of the two parts is the same for all models,
+/// as the best of them has it, so that their evidence can be compared; each floats the size of both.
+///
+/// # Errors
+/// Those of `again`.
+pub(super) fn with_the_noise_asked_for(
+    stage: &ResponseStage,
+    measured: &[Measured],
+    trained: Trained,
+    again: &Again<'_>,
+) -> Result<Trained, EngineError> {
+    let Some((mut noise, mut by)) = asked(stage, measured, &trained) else { return Ok(trained) };
+    let (mut models, mut found) = trained;
+    for _ in 0..ROUNDS {
+        let start = |model: &ResponseModelRecord| {
+            heard_by(model).unwrap_or_else(|| measured.iter().map(|m| m.values.clone()).collect())
+        };
+        // Of the model that asks alone: with the noise that suits its residuals these are others.
+        for _ in 0..ROUNDS {
+            let (model, learned) = again(by, &noise, &start(&models[by]))?;
+            let (other, gain) = better(measured, (&model, &learned), &noise);
+            if gain < SAME {
+                break;
+            }
+            noise = other;
+        }
+        let one = |k: usize| again(k, &noise, &start(&models[k]));
+        let next: Trained =
+            (0..models.len()).into_par_iter().map(one).in_order::<Result<_, EngineError>>()?;
+        let worth = |k: &usize| next.0[*k].ln_evidence();
+        let fitted = (0..models.len()).filter(|k| next.1[*k].is_some());
+        let Some(best) = fitted.max_by(|a, b| worth(a).total_cmp(&worth(b))) else { break };
+        (models, found) = next;
+        let (other, gain) = better(measured, (&models[best], &found[best]), &noise);
+        if best == by || gain < SAME {
+            break;
+        }
+        (noise, by) = (other, best);
+    }
+    Ok((models, found))
+}
+
+/// Whether a stage may ask for a part in proportion: where nothing is stated of its noise.
+fn may_ask(stage: &ResponseStage, measured: &[Measured]) -> bool {
+    matches!(stage.noise, SdSpec::Floated)
+        && stage.misfit.is_none()
+        && stage.noise_in_proportion != Some(false)
+        && measured.iter().all(|m| m.sd.is_empty() && !m.unknown_sources)
+}
+
+/// The noise that the data ask for, if it has a part in proportion, and the model that would have most
+/// evidence with it, which tells the noise. Models that leave what is no noise are not asked.
+fn asked(
+    stage: &ResponseStage,
+    measured: &[Measured],
+    (models, found): &Trained,
+) -> Option<(TwoPart, usize)> {
+    if !may_ask(stage, measured) {
+        return None;
+    }
+    let best = models.iter().map(ResponseModelRecord::ln_evidence).fold(f64::NEG_INFINITY, f64::max);
+    let of = |(by, (model, found)): (usize, (&ResponseModelRecord, &Option<Learned>))| {
+        let heard = heard_by(model)?;
+        let (noise, gain) = TwoPart::of(&residuals(measured, &heard, &found.as_ref()?.left));
+        let rest = Rest { noise: &model.noise, kernel: None };
+        // Either way: where quiet numbers count for much, those of a fit to the loud ones correlate.
+        let correlates =
+            |measured: &[Measured]| left(measured, heard.clone(), rest).neighbours_sds > NOT_NOISE;
+        let is_noise = !correlates(measured) || !correlates(&scaled(measured, &heard, &noise));
+        is_noise.then_some((model.ln_evidence() + gain, gain, (noise, by)))
+    };
+    let least = if stage.noise_in_proportion == Some(true) { 0.0 } else { GAIN };
+    let all = models.iter().zip(found).enumerate().filter_map(of);
+    let most = all.max_by(|a, b| a.0.total_cmp(&b.0));
+    most.filter(|(with, gain, _)| *gain > least && *with > best + least).map(|(_, _, asked)| asked)
+}
+
+/// By how many nats another noise would suit the residuals of a model better than the one it was judged with,
+/// and that noise.
+fn better(
+    measured: &[Measured],
+    (model, found): (&ResponseModelRecord, &Option<Learned>),
+    noise: &TwoPart,
+) -> (TwoPart, f64) {
+    let (Some(heard), Some(found)) = (heard_by(model), found) else { return (*noise, 0.0) };
+    let rows = residuals(measured, &heard, &found.left);
+    let (other, gain) = TwoPart::of(&rows);
+    (other, gain - noise.gain(&rows))
+}
+
+/// What a model says of every number; none of one that could not be fitted.
+fn heard_by(model: &ResponseModelRecord) -> Option<Vec<Vec<C64>>> {
+    let complex = |all: &Vec<[f64; 2]>| all.iter().map(|[re, im]| C64::new(*re, *im)).collect();
+    model.evidence.map(|_| model.heard.iter().map(complex).collect())
+}
+
+/// Modulus of what the model says, square of the residual, and share that the fit left, of every number.
+fn residuals(measured: &[Measured], heard: &[Vec<C64>], left: &[f64]) -> Vec<[f64; 3]> {
+    let values = measured.iter().flat_map(|m| &m.values).zip(heard.iter().flatten());
+    values.zip(left).map(|((z, h), left)| [h.norm(), (z - h).norm_sqr(), *left]).collect()
+}
+
+/// The share of the variance of every number that a fit left to its residual: 1 less what the parameters take
+/// of it, J C J' over that of the noise, for both parts together. Empty where no noise is asked for.
+///
+/// # Errors
+/// Those of the model.
+pub(super) fn left_by_the_fit(training: &Training<'_>, found: &Found) -> Result<Vec<f64>, EngineError> {
+    if !may_ask(training.stage, training.measured) {
+        return Ok(Vec::new());
+    }
+    let answers = training.responses.answers(&found.fit.parameters, Order::First)?;
+    let covariance = &found.laplace.physical_covariance;
+    let rest = Rest { noise: &found.fit.noise, kernel: None };
+    let of_load = |(m, answers): (&Measured, &Vec<Jet>)| -> Vec<f64> {
+        let share = |(i, answer): (usize, &Jet)| {
+            let slopes = &answer.gradient()[..covariance.rows()];
+            let part = |of: fn(&C64) -> f64| covariance.quadratic(&slopes.iter().map(of).collect::<Vec<_>>());
+            let taken = (part(|z| z.re) + part(|z| z.im)) / (2.0 * rest.covariance_of(m, i, i));
+            if taken > 0.0 { (1.0 - taken).max(LEAST_LEFT) } else { 1.0 }
+        };
+        answers.iter().enumerate().map(share).collect()
+    };
+    Ok(training.measured.iter().zip(&answers).flat_map(of_load).collect())
+}
+
+/// The same numbers with the variances that the noise has where the model says `heard`.
+fn scaled(measured: &[Measured], heard: &[Vec<C64>], noise: &TwoPart) -> Vec<Measured> {
+    let one = |(m, heard): (&Measured, &Vec<C64>)| {
+        let factor = heard.iter().map(|h| noise.factor(h.norm())).collect();
+        Measured { factor, ..m.clone() }
+    };
+    measured.iter().zip(heard).map(one).collect()
+}
+
+/// The numbers with the variances of their noise, the responses at last ([`Training::of_a_row`]), and what
+/// training found.
+type Settled<'r> = (Vec<Measured>, Option<Responses<'r>>, Found);
+
+/// Trains a model with this noise until the variances are those of what it says itself; before the first fit
+/// of what is `heard`.
+///
+/// # Errors
+/// Those of [`Training::of_a_row`], and [`EngineError::Unsettled`].
+pub(super) fn settled<'r>(
+    training: &Training<'_>,
+    noise: &TwoPart,
+    heard: &[Vec<C64>],
+    about: &dyn Fn(&[f64]) -> Result<Responses<'r>, EngineError>,
+) -> Result<Settled<'r>, EngineError> {
+    let quick = ResponseStage { checked: false, ..training.stage.clone() };
+    let (mut stage, mut measured) = (&quick, scaled(training.measured, heard, noise));
+    for fit in 0..FITS {
+        let (at_last, found) = Training { measured: &measured, stage, ..*training }.of_a_row(about)?;
+        let mut next = scaled(training.measured, &found.heard, noise);
+        let factors = || measured.iter().zip(&next).flat_map(|(a, b)| a.factor.iter().zip(&b.factor));
+        let moved = factors().map(|(a, b)| (b / a).ln().abs()).fold(0.0, f64::max);
+        if moved < SETTLED && stage.checked == training.stage.checked {
+            return Ok((measured, at_last, found));
+        }
+        if moved < SETTLED {
+            stage = training.stage;
+        }
+        if fit >= WHOLE_STEPS {
+            let halfway = |(next, m): (&mut Measured, &Measured)| {
+                next.factor.iter_mut().zip(&m.factor).for_each(|(to, from)| *to = (*to * from).sqrt());
+            };
+            next.iter_mut().zip(&measured).for_each(halfway);
+        }
+        measured = next;
+    }
+    Err(EngineError::Unsettled {
+        what: format!(
+            "the noise in proportion to the modulus does not settle in {FITS} fits: the model says something else of the numbers each time; give \
+             every row its standard deviation (a column `sd`), or write `noise_in_proportion = false`"
+        ),
+    })
+}
+
+/// What training found of the noise, as the floor and the part in proportion.
+pub(super) fn in_parts(found: &[NoiseEstimate], noise: &TwoPart) -> Vec<NoiseEstimate> {
+    let [floor, share] = noise.parts();
+    let both = |n: &NoiseEstimate| {
+        if n.name != NOISE {
+            return vec![n.clone()];
+        }
+        let part =
+            |name: &str, of_it: f64| NoiseEstimate { name: name.into(), sd: n.sd * of_it, ..n.clone() };
+        vec![part(NOISE, floor), part(IN_PROPORTION, share)]
+    };
+    found.iter().flat_map(both).collect()
+}
