@@ -84,7 +84,16 @@ fn processed(dir: &Path, force: bool, ui: &Ui) -> Result<(), Failed> {
         return Err(Failed::bad_input(format!("{shown}: of other records: {changed} changed since"))
             .remedy("Move it away, or take every step again with --force."));
     }
-    if !records.is_dir() || (!force && is_measured(&observations)) {
+    if !records.is_dir() {
+        return Ok(());
+    }
+    if !force && is_measured(&observations) {
+        let [by_hand, processed] = ["modes.csv", "pings.csv"].map(|name| observations.join(name).exists());
+        if by_hand && !processed && records.join("manifest.toml").exists() {
+            ui.note(
+                "observations/ has modes.csv, so the records are not processed; `rijke process` with --force adds what they hold".to_owned(),
+            );
+        }
         return Ok(());
     }
     ui.note(format!("process {}", records.display()));

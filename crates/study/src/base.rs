@@ -2,6 +2,7 @@
 
 use crate::rig::{Duct, DuctAt, GasModel, Rig, RigAtPoint, Shape};
 use crate::{Cause, Point, StudyProblem};
+use rijke_numerics::words::precise;
 use rijke_rig::GasState;
 
 /// Temperature along the ducts, mass flow, numbers that laws may name, and independent causes of error.
@@ -138,14 +139,14 @@ impl PointState {
         };
         if let Some(t) = self.temperature.iter().find(|t| !(**t > 0.0 && **t < HOTTEST)) {
             return wrong(
-                format!("{t} K"),
-                "a temperature above 0 K and below 10 000 K everywhere; where thermometers tell it, look at the readings, \
-                 the power and the flow of this point",
+                format!("{} K", precise(*t)),
+                "a temperature above 0 K and below 10 000 K everywhere; where thermometers tell it, look at the power and \
+                 the flow of this point, and at the readings of all points, of which heat and cooling are found together",
             );
         }
         let errors = self.errors.iter().flat_map(|e| &e.temperature);
         if let Some(t) = errors.into_iter().find(|t| !(-HOTTEST..HOTTEST).contains(*t)) {
-            return wrong(format!("an error of {t} K"), "errors below 10 000 K");
+            return wrong(format!("an error of {} K", precise(*t)), "errors below 10 000 K");
         }
         if let Some([from, to]) =
             self.kinks.iter().find(|[from, to]| from > to || from.is_nan() || to.is_nan())

@@ -29,6 +29,17 @@ pub enum StudyProblem {
     /// Not a table of comma-separated values.
     #[error("{0}")]
     Csv(String),
+    /// A mode that two tables have.
+    #[error(
+        "operating point `{point}`{} stands in modes.csv, too; delete one of the two rows, or give that of modes.csv another label in its column `mode`",
+        if mode.is_empty() { String::new() } else { format!(", mode {mode},") }
+    )]
+    InBoth {
+        /// The operating point.
+        point: String,
+        /// The label; empty without one.
+        mode: String,
+    },
     /// A formula that cannot be used.
     #[error("`{key}`: {source}")]
     Formula {

@@ -4,7 +4,9 @@ use crate::ambient::read_ambient;
 use crate::base::PointState;
 use crate::plan::{Base, Plan};
 use crate::source::Source;
-use crate::{Campaign, Candidate, Catalogue, Claims, ObservedModes, Rig, StudyError, StudyProblem};
+use crate::{
+    Campaign, Candidate, Catalogue, Claims, ObservedMode, ObservedModes, Rig, StudyError, StudyProblem,
+};
 use rijke_numerics::read_text;
 use rijke_rig::{ChannelErrors, DataKind, RigError};
 use serde::Deserialize;
@@ -98,11 +100,12 @@ impl Study {
         unused.into_iter().map(said).chain(idle).chain(lawless).chain(tolerated).collect()
     }
 
-    /// What was observed: `observations/modes.csv`, or `pings.csv` as signal processing writes it. A study
-    /// that has stages of responses too may lack both: then no mode was observed.
+    /// What was observed: the rows of `observations/modes.csv`, then those of `pings.csv` as signal processing
+    /// writes it. A study that has stages of responses too may lack both: then no mode was observed.
     ///
     /// # Errors
-    /// File, line and remedy; a rig beside the observations that is another. Points of `ramps.csv`
+    /// File, line and remedy; a mode that both tables have; a rig beside the observations that is another.
+    /// Points of `ramps.csv`
     /// are refused where their states would be taken for settled.
     pub fn observations(&self) -> Result<ObservedModes, StudyError> {
         let folder = self.folder.join("observations");
@@ -111,18 +114,26 @@ impl Study {
         let source = Source::read(&folder.join("observations.toml"))?;
         let responses = !self.plan.responses.is_empty();
         let origin = if responses { Origin::beside_responses(&source) } else { source.toml() }?;
-        let table = folder.join("modes.csv");
+        let tables = ["modes.csv", "pings.csv"].map(|name| folder.join(name));
         // What is there and no regular file is refused by whoever reads it.
-        let table = if table.exists() { table } else { folder.join("pings.csv") };
-        let there = table.exists() || !responses;
-        let modes = match there {
-            true => {
-                let source = Source::read_table(&table)?;
-                let modes = crate::modes::parse(&source, &self.rig, &self.campaign)?;
-                self.with_channels(&source, modes)?
-            }
-            false => Vec::new(),
+        let mut tables: Vec<&PathBuf> = match tables.each_ref().map(|table| table.exists()) {
+            [true, false] => vec![&tables[0]],
+            [true, true] => tables.iter().collect(),
+            _ => vec![&tables[1]],
         };
+        tables.retain(|table| table.exists() || !responses);
+        let mut modes: Vec<ObservedMode> = Vec::new();
+        for table in tables {
+            let source = Source::read_table(table)?;
+            let found = crate::modes::parse(&source, &self.rig, &self.campaign)?;
+            let twice = |m: &ObservedMode| modes.iter().any(|o| o.point == m.point && o.label == m.label);
+            if let Some((line, mode)) = found.iter().find(|(_, mode)| twice(mode)) {
+                let point = self.campaign.points[mode.point].id.clone();
+                return Err(source.at_line(*line, StudyProblem::InBoth { point, mode: mode.label.clone() }));
+            }
+            modes.extend(self.with_channels(&source, found)?);
+        }
+        crate::modes::side_by_side(&mut modes, |mode| mode);
         let ambient = self.ambient_of_records(&folder)?;
         Ok(ObservedModes { kind: origin.kind, source: origin.source, modes, ambient })
     }

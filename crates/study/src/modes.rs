@@ -159,10 +159,14 @@ pub(crate) fn parse(
     if modes.is_empty() {
         return Err(source.at_line(top, StudyProblem::Empty { what: "mode", need: "add a row" }));
     }
-    // Modes of one point side by side, in the order in which the points appear.
-    let order: Vec<usize> = modes.iter().map(|(_, m)| m.point).collect();
-    modes.sort_by_key(|(_, m)| order.iter().position(|p| *p == m.point));
+    side_by_side(&mut modes, |(_, mode)| mode);
     Ok(modes)
+}
+
+/// Puts the modes of one point side by side, in the order in which the points appear.
+pub(crate) fn side_by_side<T>(modes: &mut [T], mode: impl Fn(&T) -> &ObservedMode) {
+    let order: Vec<usize> = modes.iter().map(|m| mode(m).point).collect();
+    modes.sort_by_key(|m| order.iter().position(|p| *p == mode(m).point));
 }
 
 fn column(text: &str, rig: &Rig) -> Result<Column, StudyProblem> {

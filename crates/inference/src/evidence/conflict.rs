@@ -116,7 +116,7 @@ impl Conflict {
 
 impl std::fmt::Display for ConflictWarning {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let prior = |carried: &bool| if *carried { "what earlier stages found" } else { "its prior" };
+        let prior = |carried: &bool| if *carried { "what was known before" } else { "its prior" };
         match self {
             Self::Parameter { parameter, value, unit, sds, carried } => {
                 let unit = if unit == "1" { String::new() } else { format!(" {unit}") };

@@ -11,5 +11,6 @@ pub(crate) mod headings;
 mod mat5;
 pub(crate) mod numbers;
 pub(crate) mod riff;
+mod stamp;
 pub(crate) mod text;
 pub(crate) mod wav;

@@ -1,6 +1,7 @@
 //! How a text file of numbers is written: what stands between its columns, its decimal sign, the lines before
 //! the numbers, names and units of its columns. Found from the file, or declared.
 
+use super::stamp::seconds_of_day;
 use crate::error::RigError;
 use crate::problem::Problem;
 use crate::units::{Heading, Unit};
@@ -177,7 +178,8 @@ impl Form {
             return Err((None, Problem::OtherWidth { have, need: self.width }));
         }
         for (column, cell) in self.split.cells(row).enumerate().filter(|(column, _)| wanted(*column)) {
-            let value = number(cell, &mut self.decimal, self.split).ok_or_else(|| {
+            let plain = number(cell, &mut self.decimal, self.split);
+            let value = plain.or_else(|| seconds_of_day(cell)).ok_or_else(|| {
                 let expected = match self.decimal {
                     Some(Decimal::Comma) => "a number with a decimal comma",
                     _ => "a number with a decimal point",
@@ -240,9 +242,17 @@ fn numbers(row: &str, decimal: Option<Decimal>) -> Option<(Split, usize)> {
             return None;
         }
         let mut sign = decimal;
-        let good = split.cells(row).all(|cell| number(cell, &mut sign, split).is_some());
-        let width = split.cells(row).count();
-        (good && width > 0).then_some((split, width))
+        // What loggers write before their numbers; stamps alone are a heading.
+        let (mut plain, mut width) = (0, 0);
+        for cell in split.cells(row) {
+            width += 1;
+            match number(cell, &mut sign, split) {
+                Some(_) => plain += 1,
+                None if seconds_of_day(cell).is_some() => {}
+                None => return None,
+            }
+        }
+        (plain > 0).then_some((split, width))
     })
 }
 

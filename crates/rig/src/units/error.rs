@@ -8,12 +8,14 @@ use thiserror::Error;
 #[non_exhaustive]
 pub enum UnitError {
     /// A word that is no unit.
-    #[error("`{word}` in `{text}` is not a unit; known: {}", known::listed())]
+    #[error("`{word}` in `{text}` is not a unit; known: {}{hint}", known::listed())]
     Unknown {
         /// The word.
         word: String,
         /// The unit or heading that has it.
         text: String,
+        /// What may have been meant, or nothing.
+        hint: &'static str,
     },
     /// Units put together in a way that can be read in two ways, or in none.
     #[error("the unit `{text}` {why}; write it as in m/s, W/(m K), m^3/h, kg s^-1")]

@@ -40,6 +40,7 @@ impl Unit {
             let hint = match have[..RADIAN] == need[..RADIAN] {
                 true => "; cycles and radians differ by 2 pi: write Hz or rad/s",
                 false if have[..] == [0; BASES] => "; a pure number was given",
+                false if have[..3] == [1, 0, -1] && need[..3] == [0, 3, -1] => OF_MASS_FLOWS,
                 false => "",
             };
             return Err(UnitError::OtherQuantity { have: self.text.clone(), wanted: wanted.into(), hint });
@@ -48,6 +49,25 @@ impl Unit {
         let scale = TAU.powi(turns) / target.factor;
         let offset = (self.offset - target.offset) / target.factor;
         Ok(Self { factor: self.factor * scale, offset, ..self.clone() })
+    }
+}
+
+/// For mass flows where volumes are wanted.
+const OF_MASS_FLOWS: &str = "; a volume flow is the mass flow over the density of the gas where it enters, p/(R T_amb): 1.20 kg/m^3 for air at 20 degC \
+     and 101 325 Pa";
+
+/// What mass-flow controllers show, which is a mass.
+const NORMAL: [&str; 12] =
+    ["nl", "ln", "nlpm", "nlm", "sl", "slpm", "slm", "sccm", "scc", "scfm", "nm3", "sm3"];
+
+/// What may have been meant by a word that is no unit.
+fn hint_of(word: &str) -> &'static str {
+    match NORMAL.contains(&word.to_lowercase().as_str()) {
+        true => {
+            ". Normal and standard litres are a mass: those of 273.15 K and 101 325 Pa (look up what the meter's are of) times T_amb/(273.15 K) \
+             times (101 325 Pa)/p are the litres that flow; write these in L/min"
+        }
+        false => "",
     }
 }
 
@@ -128,7 +148,7 @@ fn product(text: &str, power: i32, unit: &mut Unit) -> Result<usize, UnitError> 
         if !(1..=STEEPEST).contains(&exponent.abs()) {
             return Err(form("has an exponent beyond 1 to 9"));
         }
-        let unknown = || UnitError::Unknown { word: word.into(), text: whole.clone() };
+        let unknown = || UnitError::Unknown { word: word.into(), text: whole.clone(), hint: hint_of(word) };
         let (scale, known) = find(word).ok_or_else(unknown)?;
         times(unit, scale, known, power * exponent);
         count += 1;

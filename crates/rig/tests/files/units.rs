@@ -118,6 +118,11 @@ fn message_of_units_that_cannot_be_read() {
         ),
         (quantity("12 m/fortnight"), "`fortnight` in `m/fortnight` is not a unit"),
         (quantity("3 dB"), "`dB` in `dB` is not a unit"),
+        (heading("flow [NL/min]"), "Normal and standard litres are a mass"),
+        (
+            Heading::parse("flow [g/s]").unwrap().of("m^3/s").unwrap_err().to_string(),
+            "a volume flow is the mass flow over the density of the gas",
+        ),
         (quantity("12,5 mm"), "`12,5 mm` is not a number with a unit"),
         (quantity("1 000 mm"), "with a decimal point"),
         (quantity("mm"), "is not a number with a unit"),

@@ -38,6 +38,12 @@ pub struct HeatedFit {
     alone: Option<String>,
 }
 
+/// Temperature of melting ice, K: what numbers in K have beyond those in degrees Celsius.
+const ICE: f64 = 273.15;
+
+/// Within so many K of that, readings are taken to be in the other unit: the heat that is found takes some.
+const ABOUT_ICE: f64 = 40.0;
+
 /// Standard deviations from which readings and heat, or readings and priors, contradict each other.
 const CONFLICT: f64 = 4.0;
 
@@ -161,6 +167,12 @@ impl HeatedFit {
                 off.abs(),
                 off.abs() / sd
             ));
+        }
+        let kelvins = |[_, off, sd]: &[f64; 3]| (off - ICE).abs() < ABOUT_ICE && *off > CONFLICT * sd;
+        if !self.thermometers.is_empty() && self.thermometers.iter().all(kelvins) {
+            all.push(
+                "all thermometers read some 273 K too much: write `temperature [K]` over readings that are in K".to_owned(),
+            );
         }
         for [at, off, sd] in &self.thermometers {
             if off.abs() > CONFLICT * sd {

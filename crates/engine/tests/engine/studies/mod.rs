@@ -144,6 +144,25 @@ fn two_points(name: &str, more: &[(&str, &str)]) -> Folder {
     Folder::new(name, &files)
 }
 
+#[test]
+fn behaviour_rows_of_both_tables_count() {
+    let row = |id: &str, length: f64| {
+        let [sigma, hertz] = closed_form(length);
+        format!("{id},{sigma:.12},0.1,{hertz:.12},0.05\n")
+    };
+    let head = "point,growth_rate [1/s],growth_rate_sd [1/s],frequency [Hz],frequency_sd [Hz]\n";
+    let pings = format!("{head}{}", row("b", 0.8));
+    let by_hand = |id| format!("{head}{}", row(id, 1.0));
+    let files = [("observations/pings.csv", pings.as_str()), ("observations/modes.csv", &by_hand("a"))];
+    let stages = run(&two_points("both-tables", &files).0).unwrap();
+    let points: Vec<&str> = stages[0].measured.iter().map(|m| m.point.as_str()).collect();
+    assert_eq!(points, ["a", "b"]);
+    let files = [("observations/pings.csv", pings.as_str()), ("observations/modes.csv", &by_hand("b"))];
+    let refused = run(&two_points("twice", &files).0).unwrap_err().to_string();
+    let said = "pings.csv, line 2: operating point `b` stands in modes.csv, too; delete one of the two rows";
+    assert!(refused.contains(said), "{refused}");
+}
+
 /// The figure of a question, the saved model and the modes at a point are of one posterior.
 #[test]
 fn exact_predictions_are_one_posterior_and_the_closed_form() {
