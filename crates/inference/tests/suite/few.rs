@@ -62,6 +62,30 @@ fn exact_a_prior_of_the_noise_counts_as_data_of_it() {
     }
 }
 
+#[test]
+fn exact_a_further_direction_with_its_noise_chosen_again() {
+    // Sums of squares without and with it: n/2 ln of their ratio, and n/2 less n/2 of the ratio with the
+    // noise as fitted.
+    let n = 9;
+    let (model, data, parameters) = line(n, 1e-14);
+    let posterior = Posterior::new(&model, &data, &parameters).unwrap();
+    let fit = posterior.map(&MapOptions::default()).unwrap();
+    let direction: Vec<f64> = (0..n).map(|i| (i as f64 - 4.0).powi(2)).collect();
+    let linear = posterior.linearised(&fit, &posterior.laplace(&fit).unwrap()).unwrap();
+    let told = linear.told(&direction).unwrap();
+    let values = numbers("few", n);
+    let squares = |columns: usize| {
+        let x = Matrix::from_fn(n, columns, |i, j| if j < 2 { model.0[(i, j)] } else { direction[i] });
+        let best = Cholesky::new(&x.transpose().product(&x)).unwrap().solve(&x.transpose().times(&values));
+        x.times(&best).iter().zip(&values).map(|(f, v)| (v - f).powi(2)).sum::<f64>()
+    };
+    let ratio = squares(3) / squares(2);
+    assert!((0.05..0.95).contains(&ratio), "{ratio}");
+    let half = 0.5 * n as f64;
+    assert_relative_eq!(told.drop[0], half * (1.0 - ratio), max_relative = 1e-6);
+    assert_relative_eq!(told.drop[1], -half * ratio.ln(), max_relative = 1e-6);
+}
+
 /// The restricted likelihood of a line, written out with dense matrices, and its second difference in ln
 /// variance.
 #[test]
