@@ -188,3 +188,57 @@ fn best(samples: &Samples<'_>, delay: f64, poles: Vec<C64>, steps: usize) -> Opt
     }
     found
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Streams;
+
+    const SEEDS: u64 = 30;
+
+    fn truth(s: C64) -> C64 {
+        (-s * 2e-3).exp() / (1.0 + s / 600.0).powi(2)
+    }
+
+    /// The fit of rows with these errors, a floor and a share of the gain, and the fits beside it.
+    fn fitted(seed: u64, [floor, share]: [f64; 2]) -> (Table, Likely) {
+        let mut stream = Streams::new(seed).stream("rows");
+        let mut row = |k: i32| {
+            let frequency = 10.0 * f64::from(k);
+            let exact = truth(C64::new(0.0, 2.0 * PI * frequency));
+            let [radius, turn]: [f64; 2] = [stream.random(), stream.random()];
+            let error = C64::from_polar((-2.0 * (1.0 - radius).ln()).sqrt(), 2.0 * PI * turn);
+            let value = exact + floor.hypot(share * exact.norm()) * error;
+            TableRow { frequency, gain: value.norm(), phase: value.arg() }
+        };
+        let rows: Vec<TableRow> = (2..=40).map(&mut row).collect();
+        let largest = rows.iter().map(|r| r.gain).fold(0.0, f64::max);
+        let mean = rows.iter().map(|r| floor * floor + (share * r.gain).powi(2)).sum::<f64>() / 39.0;
+        let kept = Table::fit(&rows, 2.0 * (2.0 * mean).sqrt() / largest).unwrap();
+        let likely = Likely::of(&rows, &kept);
+        (kept, likely)
+    }
+
+    #[test]
+    fn coverage_draws_scatter_as_fits_err_whatever_the_noise() {
+        for (noise, asks) in [([0.01, 0.0], false), ([0.0, 0.04], true), ([0.003, 0.04], true)] {
+            // Where the gain is large, and where it is small.
+            let places = [60.0, 350.0].map(|hertz| C64::new(0.0, 2.0 * PI * hertz));
+            let (mut sums, mut found) = ([0.0; 2], 0);
+            for seed in 0..SEEDS {
+                let (kept, likely) = fitted(seed, noise);
+                found += usize::from(!likely.sds.is_empty());
+                let mut stream = Streams::new(seed).stream("draws");
+                let draws: Vec<Table> = (0..40).filter_map(|_| likely.draw(&mut stream)).collect();
+                for (sum, s) in sums.iter_mut().zip(places) {
+                    let moved = draws.iter().map(|draw| (draw.value(s) - kept.value(s)).norm_sqr());
+                    let variance = moved.sum::<f64>() / draws.len() as f64;
+                    *sum += (kept.value(s) - truth(s)).norm_sqr() / variance / SEEDS as f64;
+                }
+            }
+            let rms = sums.map(f64::sqrt);
+            assert!(rms.iter().all(|r| (0.6..1.3).contains(r)), "{noise:?}: {rms:?}");
+            assert!(if asks { found >= 27 } else { found <= 3 }, "{noise:?}: {found}");
+        }
+    }
+}

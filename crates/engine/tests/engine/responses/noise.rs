@@ -88,13 +88,15 @@ fn errors(study: &Study, noise: [f64; 2]) -> ([f64; 3], usize) {
     (sums.map(f64::sqrt), found)
 }
 
-/// A root mean square of thirty errors scatters by 0.13 about 1.
+/// A root mean square of thirty errors scatters by 0.13 about 1, of ninety by 0.075.
 #[test]
 fn coverage_errors_have_their_stated_deviations_whatever_the_noise() {
     let asks = study("asks", "");
     for (noise, least, most) in [([0.01, 0.0], 0, 3), ([0.0003, 0.03], 30, 30), ([0.006, 0.03], 25, 30)] {
         let (rms, found) = errors(&asks, noise);
-        assert!(rms.iter().all(|r| (0.75..1.25).contains(r)), "{noise:?}: {rms:?}");
+        let all = (rms.iter().map(|r| r * r).sum::<f64>() / 3.0).sqrt();
+        assert!((0.85..1.2).contains(&all), "{noise:?}: {rms:?}");
+        assert!(rms.iter().all(|r| (0.65..1.3).contains(r)), "{noise:?}: {rms:?}");
         assert!((least..=most).contains(&found), "{noise:?}: {found} found a part in proportion");
     }
     // What becomes of the second one with one noise for all.
