@@ -2,7 +2,7 @@
 
 use rijke_inference::{ForwardError, InferenceError, Stop};
 use rijke_network::NetworkError;
-use rijke_numerics::DenseError;
+use rijke_numerics::{C64, DenseError};
 use rijke_study::plan::Selection;
 use rijke_study::{Study, StudyError};
 
@@ -151,6 +151,19 @@ pub enum EngineError {
         velocity: f64,
         /// What cannot be.
         what: String,
+    },
+    /// A law that has no value.
+    #[error(
+        "at operating point {point}: {law} has no finite value at s = {s:.1}: it divides by what is 0 there, a flow or a power say, or goes beyond the range of \
+         what it names; a model of an earlier stage may have no such law: `--stage`"
+    )]
+    Undefined {
+        /// The operating point.
+        point: String,
+        /// The law.
+        law: String,
+        /// Where.
+        s: C64,
     },
     /// A length or an area that is not positive.
     #[error(
@@ -347,6 +360,7 @@ impl EngineError {
             | Self::Shape { point, .. }
             | Self::Reference { point, .. }
             | Self::Backwards { point, .. }
+            | Self::Undefined { point, .. }
             | Self::Choked { point }
             | Self::Impossible { point }
             | Self::NoFrequency { point, .. }

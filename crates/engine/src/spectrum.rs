@@ -2,7 +2,7 @@
 //! it.
 
 use crate::{EngineError, PointModel};
-use rijke_network::{Balance, Mode, Modes, Region, Root, Station, Workspace};
+use rijke_network::{Balance, Mode, Modes, NetworkError, Region, Root, Station, Workspace};
 use rijke_numerics::C64;
 use std::f64::consts::PI;
 
@@ -70,7 +70,13 @@ impl PointModel<'_> {
         let region = Region { sigma, omega: [limit(0), limit(1)] };
         let (chain, work) = (self.chain(), &mut Workspace::default());
         let fail = |source| self.no_answer(source);
-        let modes = chain.modes(&*filled, &region, work).map_err(fail)?;
+        let modes = chain.modes(&*filled, &region, work).map_err(|source| match source {
+            NetworkError::NotFinite { s } => match self.undefined(values, s) {
+                Some(law) => EngineError::Undefined { point: self.id().to_owned(), law, s },
+                None => fail(source),
+            },
+            source => fail(source),
+        })?;
         let poles = chain.poles(&*filled, &region).map_err(fail)?.into_iter().map(|(s, _)| s);
         let poles = poles.filter(|s| region.contains(*s)).collect();
         let samples = (POINTS / chain.count().max(1)).clamp(2, POINTS / 20) + 1;

@@ -29,6 +29,15 @@ impl PointModel<'_> {
         Some((laws.value(law), laws.gradient(law)[..values.len()].to_vec()))
     }
 
+    /// The first law that has no finite value at s, as messages call it.
+    pub(crate) fn undefined(&self, values: &[f64], s: C64) -> Option<String> {
+        let filled = self.filled(values).ok()?;
+        let (at, mut laws) = (At::search(s), Laws::default());
+        laws.reset(filled.laws(), &at);
+        filled.fill(&at, &mut laws);
+        (0..filled.laws()).find(|k| !laws.value(*k).is_finite()).map(|k| filled.name(k))
+    }
+
     /// Values of all laws at s = i omega; nothing in rigs whose lengths are unknown.
     pub(super) fn law_values(&self, values: &[f64], omega: f64) -> Vec<C64> {
         if self.shape.is_some() {
