@@ -8,6 +8,9 @@ use crate::fit::{Fit, Posterior};
 use crate::problem::{Coordinates, Parameters, Prior};
 use rijke_numerics::{Cholesky, Matrix, Order, symmetric_eigen};
 
+/// ln of how many times as large a noise is when its data tell nothing.
+const LOUD: f64 = 16.0;
+
 impl Posterior<'_> {
     /// Warns of a search that did not converge, and of noise that has too few data or none.
     pub(crate) fn warn_of_fit(&self, fit: &Fit, health: &mut Health) {
@@ -32,7 +35,8 @@ impl Posterior<'_> {
                     }
                 }
             }
-            if (count as f64) < told + 1.0 {
+            let few_for = |told: f64| (count as f64) < told + 1.0;
+            if few_for(told) && self.told_by(g, fit).is_none_or(few_for) {
                 few.push(format!("'{}' ({count} data)", noise.name));
             }
             if bare && noise.sd < 1e-12 * size {
@@ -74,6 +78,23 @@ impl Posterior<'_> {
             Some(shares.map(|prior| (1.0 - prior).clamp(0.0, 1.0)).sum())
         };
         found().unwrap_or(p as f64)
+    }
+
+    /// How many of these the data of one floating noise determine: the trace of H^-1 (H - G), with G the same
+    /// Hessian when that noise is so large that its data tell nothing. None where H has no inverse.
+    fn told_by(&self, noise: usize, fit: &Fit) -> Option<f64> {
+        let p = self.parameters().len();
+        let place = self.floating().iter().position(|group| *group == noise)?;
+        let mut loud = fit.working.clone();
+        loud[p + place] += LOUD;
+        let hessian = |z: &[f64]| {
+            let parts = self.parts(z, Order::First).ok()?;
+            Some(Matrix::from_fn(p, p, |i, j| parts.gauss_newton[(i, j)] + parts.prior[(i, j)]))
+        };
+        let (with, without) = (hessian(&fit.working)?, hessian(&loud)?);
+        let inverse = Cholesky::new(&with).ok()?.inverse();
+        let own = |i: usize| (0..p).map(|j| inverse[(i, j)] * (with[(j, i)] - without[(j, i)])).sum::<f64>();
+        Some((0..p).map(own).sum())
     }
 
     /// The evidence with one prior widened at a time, on the quadratic model of the likelihood at the

@@ -187,6 +187,20 @@ fn exact_failures_are_rows_or_errors_never_numbers() {
     let found = posterior.assess(&AssessOptions::default()).unwrap();
     warned(&found, "the noise of 'noise' (1 data) is hardly determined");
 
+    // Three data of another noise tell three more parameters, which leaves this noise its own.
+    let parameters = Parameters::new(["a", "b", "c", "d"].map(|n| normal(n, 0.0, 10.0)).to_vec()).unwrap();
+    let all = [1.0, 1.3, 0.8, 2.0, 3.0, 4.0];
+    let rows = |i: usize, j: usize| f64::from(u8::from(if i < 3 { j == 0 } else { j == i - 2 }));
+    let observation = Observation::new("d", all.to_vec())
+        .with_independent_noise(0, &[0, 1, 2])
+        .with_independent_noise(1, &[3, 4, 5]);
+    let groups = vec![NoiseGroup::floated("noise", "1"), NoiseGroup::fixed("others", "1", 0.1)];
+    let data = Data::new(vec![observation], groups).unwrap();
+    let four = Linear(Matrix::from_fn(6, 4, rows));
+    let posterior = Posterior::new(&four, &data, &parameters).unwrap();
+    let found = posterior.assess(&AssessOptions::default()).unwrap();
+    assert!(found.health.warnings.iter().all(|w| !w.contains("hardly determined")), "{:?}", found.health);
+
     let flat = Parameters::new(vec![Parameter::new("a", "a", "1", Prior::Flat)]).unwrap();
     let data = Data::new(vec![observation()], vec![NoiseGroup::fixed("noise", "1", 0.1)]).unwrap();
     let posterior = Posterior::new(&one, &data, &flat).unwrap();

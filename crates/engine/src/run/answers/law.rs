@@ -5,7 +5,7 @@ use super::super::course::{Chosen, Run};
 use super::super::frame::{Frame, FrameColumn, FrameRow, finite};
 use super::super::inputs::conditions;
 use super::answer::{AnswerPanel, Found, Layer, LayerLook};
-use super::axes::axis_label;
+use super::axes::{axis_label, symbol};
 use super::kinds::Ask;
 use crate::{Conditions, EngineError, Observed, PointModel, Trained};
 use rijke_formula::{Context, Formula, Kind};
@@ -28,6 +28,8 @@ pub(super) struct Law {
     frequency_hz: Option<[f64; 2]>,
     /// A formula of real names by which the law is divided.
     per: Option<String>,
+    /// What it is called in the figure, as `F`.
+    symbol: Option<String>,
 }
 
 /// Frequencies along a curve.
@@ -94,10 +96,12 @@ impl Ask for Law {
         let different = curves.len();
         let shown: Vec<&Curve> = spread(different, CURVES).into_iter().map(|k| &curves[k]).collect();
 
-        let name = format!("k_{{{}}}", acts.coefficient.name());
-        let (name, unit) = match &self.per {
-            Some(per) => (format!("{name}/({per})"), "1"),
-            None => (name, acts.coefficient.unit(acts.place.is_along())),
+        let law = format!("k_{{{}}}", acts.coefficient.name());
+        let unit = if self.per.is_some() { "1" } else { acts.coefficient.unit(acts.place.is_along()) };
+        let name = match (&self.symbol, &self.per) {
+            (Some(name), _) => symbol(name),
+            (None, Some(_)) => format!("{law}, divided"),
+            (None, None) => law.clone(),
         };
         let columns = [
             ("frequency", "Frequency".to_owned(), "Hz"),
@@ -118,8 +122,9 @@ impl Ask for Law {
             AnswerPanel { x: axis_label(&columns[0]), y: axis_label(&columns[y]), layers }
         };
         let panels = vec![panel(1), panel(3)];
+        let divided = self.per.as_ref().map_or(String::new(), |per| format!(", divided by {per}"));
         let mut caption = format!(
-            "{name} of {} at {}, at s = i omega, with two standard deviations (bands). Dots: frequencies at which modes were measured. Elsewhere \
+            "{law} of {} at {}{divided}, at s = i omega, with two standard deviations (bands). Dots: frequencies at which modes were measured. Elsewhere \
              the curve is the form of the law, which no datum checks.",
             candidates[candidate].id, acts.place_text
         );
