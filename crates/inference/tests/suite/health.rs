@@ -187,7 +187,16 @@ fn exact_failures_are_rows_or_errors_never_numbers() {
     let found = posterior.assess(&AssessOptions::default()).unwrap();
     warned(&found, "the noise of 'noise' (1 data) is hardly determined");
 
-    // Three data of another noise tell three more parameters, which leaves this noise its own.
+    let flat = Parameters::new(vec![Parameter::new("a", "a", "1", Prior::Flat)]).unwrap();
+    let data = Data::new(vec![observation()], vec![NoiseGroup::fixed("noise", "1", 0.1)]).unwrap();
+    let posterior = Posterior::new(&one, &data, &flat).unwrap();
+    let found = posterior.assess(&AssessOptions::default()).unwrap();
+    assert!(found.laplace.unwrap_err().contains("improper prior"));
+}
+
+#[test]
+fn exact_a_noise_has_the_parameters_of_its_own_data_against_it() {
+    // Three data of another noise tell three of the four parameters, which leaves this noise its own.
     let parameters = Parameters::new(["a", "b", "c", "d"].map(|n| normal(n, 0.0, 10.0)).to_vec()).unwrap();
     let all = [1.0, 1.3, 0.8, 2.0, 3.0, 4.0];
     let rows = |i: usize, j: usize| f64::from(u8::from(if i < 3 { j == 0 } else { j == i - 2 }));
@@ -200,12 +209,6 @@ fn exact_failures_are_rows_or_errors_never_numbers() {
     let posterior = Posterior::new(&four, &data, &parameters).unwrap();
     let found = posterior.assess(&AssessOptions::default()).unwrap();
     assert!(found.health.warnings.iter().all(|w| !w.contains("hardly determined")), "{:?}", found.health);
-
-    let flat = Parameters::new(vec![Parameter::new("a", "a", "1", Prior::Flat)]).unwrap();
-    let data = Data::new(vec![observation()], vec![NoiseGroup::fixed("noise", "1", 0.1)]).unwrap();
-    let posterior = Posterior::new(&one, &data, &flat).unwrap();
-    let found = posterior.assess(&AssessOptions::default()).unwrap();
-    assert!(found.laplace.unwrap_err().contains("improper prior"));
 }
 
 /// All points of a circle fit alike: there is no maximum that a Gaussian is like.
