@@ -98,7 +98,7 @@ mod tests {
 
     #[test]
     fn oracle_both_parts_are_where_the_likelihood_of_two_variances_is_largest() {
-        for (seed, truth) in [(1, [1e-3, 0.03]), (2, [5e-3, 0.03]), (3, [2e-4, 0.05])] {
+        for (seed, truth) in [(1, [1e-3, 0.03]), (2, [5e-3, 0.03]), (3, [1e-3, 0.05])] {
             let rows = rows(seed, truth);
             let (found, gain) = TwoPart::of(&rows);
             let n = rows.len() as f64;
@@ -175,6 +175,6 @@ mod tests {
             (0..200).filter(|seed| one(*seed)).count()
         };
         let [with, without] = [asks(true), asks(false)];
-        assert!((1..=14).contains(&with) && without > 3 * with, "{with} {without}");
+        assert!(with <= 14 && without > 50, "{with} {without}");
     }
 }

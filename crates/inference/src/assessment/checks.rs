@@ -9,7 +9,7 @@ use crate::problem::{Coordinates, Parameters, Prior};
 use rijke_numerics::{Cholesky, Matrix, Order, symmetric_eigen};
 
 /// ln of how many times as large a noise is when its data tell nothing.
-const LOUD: f64 = 16.0;
+const LOUD: f64 = 100.0;
 
 impl Posterior<'_> {
     /// Warns of a search that did not converge, and of noise that has too few data or none.

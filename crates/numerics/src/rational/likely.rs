@@ -201,7 +201,7 @@ mod tests {
     }
 
     /// The fit of rows with these errors, a floor and a share of the gain, and the fits beside it.
-    fn fitted(seed: u64, [floor, share]: [f64; 2]) -> (Table, Likely) {
+    fn fitted(seed: u64, [floor, share]: [f64; 2]) -> Option<(Table, Likely)> {
         let mut stream = Streams::new(seed).stream("rows");
         let mut row = |k: i32| {
             let frequency = 10.0 * f64::from(k);
@@ -214,9 +214,9 @@ mod tests {
         let rows: Vec<TableRow> = (2..=40).map(&mut row).collect();
         let largest = rows.iter().map(|r| r.gain).fold(0.0, f64::max);
         let mean = rows.iter().map(|r| floor * floor + (share * r.gain).powi(2)).sum::<f64>() / 39.0;
-        let kept = Table::fit(&rows, 2.0 * (2.0 * mean).sqrt() / largest).unwrap();
+        let kept = Table::fit(&rows, 2.0 * (2.0 * mean).sqrt() / largest).ok()?;
         let likely = Likely::of(&rows, &kept);
-        (kept, likely)
+        Some((kept, likely))
     }
 
     #[test]
@@ -224,21 +224,24 @@ mod tests {
         for (noise, asks) in [([0.01, 0.0], false), ([0.0, 0.04], true), ([0.003, 0.04], true)] {
             // Where the gain is large, and where it is small.
             let places = [60.0, 350.0].map(|hertz| C64::new(0.0, 2.0 * PI * hertz));
-            let (mut sums, mut found) = ([0.0; 2], 0);
+            let (mut sums, mut found, mut count) = ([0.0; 2], 0, 0_i32);
             for seed in 0..SEEDS {
-                let (kept, likely) = fitted(seed, noise);
-                found += usize::from(!likely.sds.is_empty());
+                // Some tables are refused: their fit would have poles that grow.
+                let Some((kept, likely)) = fitted(seed, noise) else { continue };
+                count += 1;
+                found += i32::from(!likely.sds.is_empty());
                 let mut stream = Streams::new(seed).stream("draws");
                 let draws: Vec<Table> = (0..40).filter_map(|_| likely.draw(&mut stream)).collect();
                 for (sum, s) in sums.iter_mut().zip(places) {
                     let moved = draws.iter().map(|draw| (draw.value(s) - kept.value(s)).norm_sqr());
                     let variance = moved.sum::<f64>() / draws.len() as f64;
-                    *sum += (kept.value(s) - truth(s)).norm_sqr() / variance / SEEDS as f64;
+                    *sum += (kept.value(s) - truth(s)).norm_sqr() / variance;
                 }
             }
-            let rms = sums.map(f64::sqrt);
+            let rms = sums.map(|sum| (sum / f64::from(count)).sqrt());
+            assert!(count >= 25, "{noise:?}: {count}");
             assert!(rms.iter().all(|r| (0.6..1.3).contains(r)), "{noise:?}: {rms:?}");
-            assert!(if asks { found >= 27 } else { found <= 3 }, "{noise:?}: {found}");
+            assert!(if asks { found >= count - 3 } else { found <= 3 }, "{noise:?}: {found}");
         }
     }
 }

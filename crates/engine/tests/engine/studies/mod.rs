@@ -257,7 +257,7 @@ fn message_damaged_base_states_name_line_and_point() {
     };
     let (first, second) = states.split_at(states.find("\"b\"").unwrap());
     for (from, to, says) in [
-        ("[293.15, 293.15]", "[293.15, -3.0]", "-3 K"),
+        ("[293.15, 293.15]", "[293.15, -3.0]", "-3.0000 K"),
         ("[293.15, 293.15]", "[293.15]", "2 places"),
         ("\"mass_flow\": 0.0", "\"mass_flow\": \"none\"", "invalid type: string"),
         ("\"numbers\": {}", "\"numbers\": {\"U_h\": 1.0}", "called `U_h`"),
