@@ -40,7 +40,8 @@ const LEAST_TIME: f64 = 0.5;
 /// Fits one ring-down by maximum likelihood.
 ///
 /// The record holds an optional quiet part (noise alone), optional steady forcing near the mode, and the free
-/// decay; the end of forcing is found from the record. A constant offset of a channel is taken away first.
+/// decay; the end of forcing is found from the record. Equal samples to the end of the record in all channels
+/// are cut off, and a constant offset of a channel is taken away first.
 /// All channels share every complex frequency; each channel has its own complex amplitudes. Noise is whitened
 /// with its colour and correlation between channels as learnt from the quiet part (Gaussian, stationary: hum
 /// is fitted apart). The covariance is the inverse Fisher information, scaled with the residual variance.
@@ -49,6 +50,9 @@ const LEAST_TIME: f64 = 0.5;
 /// # Errors
 /// A [`Fault`] that says why the record must not be used.
 pub fn fit_ping(trace: &Trace<'_>, options: &PingOptions) -> Result<PingFit, Fault> {
+    let cut = trace.padded_from().map(|end| trace.channels.iter().map(|y| y[..end].to_vec()).collect());
+    let cut: Option<Vec<Vec<f64>>> = cut;
+    let trace = &Trace { channels: cut.as_deref().unwrap_or(trace.channels), ..*trace };
     trace.screen(512)?;
     options.check(trace)?;
     let steps = trace.coarse_steps();
