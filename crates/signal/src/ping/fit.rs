@@ -110,8 +110,9 @@ pub fn fit_ping(trace: &Trace<'_>, options: &PingOptions) -> Result<PingFit, Fau
         found => found,
     };
     found.map_err(|fault| {
-        driven::outside(trace, options.band_hz, options.mains_hz, &fault)
-            .unwrap_or_else(|| diagnosis::reason(trace, options, fault))
+        let outside = driven::outside(trace, options.band_hz, options.mains_hz, &fault);
+        let fault = outside.unwrap_or_else(|| diagnosis::reason(trace, options, fault));
+        driven::or_all_the_time(trace, fault)
     })
 }
 
