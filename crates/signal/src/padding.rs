@@ -9,8 +9,8 @@ const LEAST: usize = 24;
 const EQUAL: f64 = 0.45;
 
 impl Trace<'_> {
-    /// The first sample from which on every channel holds one number to the end of the record, if these are no
-    /// silence of a coarse converter. A channel that holds nothing else is dead, and says nothing.
+    /// The first sample from which on every channel holds one number to the end of the record, if these are
+    /// no silence of a coarse converter. A channel that holds nothing else is dead, and says nothing.
     pub(crate) fn padded_from(&self) -> Option<usize> {
         let from = |y: &Vec<f64>| Some(y.iter().rposition(|v| Some(v) != y.last())? + 1);
         let from = self.channels.iter().filter_map(from).max()?;

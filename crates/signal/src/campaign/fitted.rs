@@ -30,7 +30,8 @@ pub(super) struct PingOfRecord {
     pub(super) excess: Excess,
     /// How much of the decay was left out because another mode sounds there, s.
     pub(super) skipped_s: f64,
-    /// When a part begins in which all channels hold one number to the end of the record, which is cut off, s.
+    /// When a part begins in which all channels hold one number to the end of the record, which is cut off,
+    /// s.
     pub(super) padded_from_s: Option<f64>,
     /// The microphones that tell of it.
     pub(super) live: Vec<usize>,

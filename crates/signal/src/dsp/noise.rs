@@ -250,8 +250,9 @@ pub(crate) fn remove_hum(noise: &mut [Vec<f64>], rate_hz: f64, mains_hz: f64, le
     for harmonic in (1..=highest).filter(|h| !left.contains(h)) {
         let wave = wave(f64::from(harmonic) * mains_hz);
         let amplitudes: Vec<C64> = tone(noise, &wave);
-        // Each term is chi-squared with two degrees of freedom if the noise is white. Noise of a flow is louder at
-        // low frequencies: what lies beside the harmonic counts where it is more than white noise would have.
+        // Each term is chi-squared with two degrees of freedom if the noise is white. Noise of a flow is
+        // louder at low frequencies: what lies beside the harmonic counts where it is more than white noise
+        // would have.
         let beside = level_beside(&calm, rate_hz, f64::from(harmonic) * mains_hz, mains_hz);
         let strength: f64 = noise
             .iter()

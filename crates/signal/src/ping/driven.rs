@@ -17,8 +17,8 @@ const FAR: f64 = 0.25;
 const BESIDE: f64 = 0.05;
 /// Bins of the spectrum to each side of the largest that count to the tone.
 const BINS: usize = 3;
-/// Length of the stretches in which a tone is compared with itself, s; how many there must be; and the share of
-/// its loudest one from which it is as loud in others.
+/// Length of the stretches in which a tone is compared with itself, s; how many there must be; and the share
+/// of its loudest one from which it is as loud in others.
 const SPAN: f64 = 0.08;
 const LEAST: usize = 6;
 const AS_LOUD: f64 = 0.7;

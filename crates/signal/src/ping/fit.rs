@@ -179,8 +179,8 @@ enum Start {
     Backwards,
 }
 
-/// With little or no quiet part: fit with a first notion of the noise, learn its colour from what is left, for
-/// another fit. And the variance of what is left, over that of the noise as measured.
+/// With little or no quiet part: fit with a first notion of the noise, learn its colour from what is left,
+/// for another fit. And the variance of what is left, over that of the noise as measured.
 fn learn_from_residuals(
     trace: &Trace<'_>,
     options: &PingOptions,
@@ -202,8 +202,8 @@ fn learn_from_residuals(
     Ok((Whitener::learn(&left)?, variance))
 }
 
-/// What a fit leaves of the record as it stands, not whitened; none where a filter and a curve of the mode come
-/// together.
+/// What a fit leaves of the record as it stands, not whitened; none where a filter and a curve of the mode
+/// come together.
 fn noise_left(trace: &Trace<'_>, found: &Fitted) -> Option<Vec<Vec<f64>>> {
     let channels = trace.channels.len();
     if found.whitener.order() == 0 {

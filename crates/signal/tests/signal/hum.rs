@@ -180,8 +180,8 @@ fn coverage_of_faint_pings_in_hum_and_the_noise_of_a_flow_over_200_seeds() {
     faint(MANY);
 }
 
-/// Noise ripples the envelope of the build-up, and hum that of the forcing: most of these records were refused
-/// as a second excitation then.
+/// Noise ripples the envelope of the build-up, and hum that of the forcing: most of these records were
+/// refused as a second excitation then.
 fn faint(count: u64) {
     let (least, most) = three_errors(count);
     let mut wrong = Vec::new();
