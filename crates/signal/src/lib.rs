@@ -7,6 +7,7 @@ mod click;
 mod delays;
 mod dsp;
 mod error;
+mod padding;
 mod ping;
 mod random;
 mod readings;

@@ -47,4 +47,16 @@ pub enum Unstable {
         /// Its frequency, Hz.
         frequency_hz: f64,
     },
+    /// A tone outside the band is as loud at the end of the record as while the loudspeaker acts.
+    #[error(
+        "a tone at {frequency_hz:.1} Hz sounds all the time, as loud at the end of the record as during the forcing: it is not the loudspeaker. \
+         Another mode oscillates by itself, and no decay from {:.0} to {:.0} Hz can be measured beside it: leave this point out, or damp that \
+         mode. If it is the loudspeaker, switch it off by a relay", band_hz.0, band_hz.1
+    )]
+    Beside {
+        /// Its frequency, Hz.
+        frequency_hz: f64,
+        /// Where the wanted mode was sought, Hz.
+        band_hz: (f64, f64),
+    },
 }

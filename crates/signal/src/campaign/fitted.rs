@@ -30,6 +30,9 @@ pub(super) struct PingOfRecord {
     pub(super) excess: Excess,
     /// How much of the decay was left out because another mode sounds there, s.
     pub(super) skipped_s: f64,
+    /// When a part begins in which all channels hold one number to the end of the record, which is cut off,
+    /// s.
+    pub(super) padded_from_s: Option<f64>,
     /// The microphones that tell of it.
     pub(super) live: Vec<usize>,
     /// Those that recorded it and were left out, and why.
@@ -53,6 +56,16 @@ pub(super) fn skipped_in_words(found: &[(&str, f64)]) -> Option<String> {
          at most; errors are larger for it. Drive the wanted mode alone to use the whole of the decay",
         counted(found.len(), "ping"),
         1e3 * most
+    ))
+}
+
+/// What to say of pings, by name, whose last part, from a time (s) on, is one number.
+pub(super) fn padded_in_words(found: &[(&str, f64)]) -> Option<String> {
+    let (name, first) = found.iter().min_by(|a, b| a.1.total_cmp(&b.1))?;
+    let (pings, end) = (counted(found.len(), "ping"), if found.len() == 1 { "ends" } else { "end" });
+    Some(format!(
+        "{pings} {end} in equal samples in all channels, {name} from {first:.4} s on: this part is cut off, and the rest is fitted. Let the \
+         acquisition record as long as the file is"
     ))
 }
 

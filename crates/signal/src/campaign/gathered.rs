@@ -42,6 +42,8 @@ pub(super) struct Said<'a> {
     pub(super) hums: Vec<f64>,
     /// Pings of which so many seconds were left out because another mode sounds there.
     pub(super) skipped: Vec<(&'a str, f64)>,
+    /// Pings of which a last part that is one number was cut off, and from when on, s.
+    pub(super) padded: Vec<(&'a str, f64)>,
 }
 
 /// What is known of the channels.
@@ -197,6 +199,7 @@ fn sorted<'a>(
                     Ok(ping) => {
                         said.skipped
                             .extend((ping.skipped_s > 0.0).then_some((file.as_str(), ping.skipped_s)));
+                        said.padded.extend(ping.padded_from_s.map(|from| (file.as_str(), from)));
                         pings.push(ping);
                     }
                     Err(fault) => said.rejections.push(rejection(file, &fault.called(called))),

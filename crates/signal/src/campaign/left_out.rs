@@ -111,6 +111,7 @@ mod tests {
         };
         let of = |repeat: usize| PingOfRecord {
             skipped_s: 0.0,
+            padded_from_s: None,
             repeat,
             ping: ping.clone(),
             drift: Drift::default(),

@@ -5,7 +5,7 @@ use super::calibration::{Calibrated, calibrate};
 use super::contradictions::contradictions;
 use super::drifts::drifts_of;
 use super::excesses::excesses_of;
-use super::fitted::{Fitted, PingOfRecord, by_point, skipped_in_words};
+use super::fitted::{Fitted, PingOfRecord, by_point, padded_in_words, skipped_in_words};
 use super::gains::{OfPoint, wandering};
 use super::gathered::{Channels, Gathered, Said};
 use super::kept::Kept;
@@ -110,6 +110,7 @@ pub fn process_again(
     let count = set.points.iter().map(|p| p.pings.len()).sum();
     said.notes.extend(in_words(&said.left_out, count));
     said.notes.extend(skipped_in_words(&said.skipped));
+    said.notes.extend(padded_in_words(&said.padded));
     let hum = hum_in_words(&said.hums, options.ping.mains_hz);
     said.notes.extend(hum.clone());
     reconsider(set, &mut gathered, &mut said);
@@ -264,6 +265,7 @@ fn ping_of_record(
         drift: found.fit.drift,
         excess: found.fit.excess,
         skipped_s: found.fit.skipped_s,
+        padded_from_s: trace.padded_from().map(|from| from as f64 / trace.rate_hz),
         live: found.kept.iter().map(|place| live[*place]).collect(),
         left_out: found.left_out.into_iter().map(|(m, fault)| (live[m], fault.within(live))).collect(),
     })

@@ -16,7 +16,7 @@ const WANDER: f64 = 3.0;
 /// Samples whitened at a time: those of eight channels stay close to the processor.
 const BLOCK: usize = 256;
 /// Highest harmonic of the mains that is looked for.
-const MAX_HARMONIC: u32 = 8;
+pub(crate) const MAX_HARMONIC: u32 = 8;
 
 /// Turns the noise of a record into white noise of unit variance, independent between channels.
 #[derive(Clone, Debug)]
@@ -239,26 +239,63 @@ pub(crate) fn remove_hum(noise: &mut [Vec<f64>], rate_hz: f64, mains_hz: f64, le
         return present;
     }
     let highest = MAX_HARMONIC.min((0.4 * rate_hz / mains_hz) as u32);
+    let wave = |hz: f64| Powers::new(C64::from_polar(1.0, std::f64::consts::TAU * hz / rate_hz), length);
+    // Lines that are there do not count as noise beside the others.
+    let mut calm = noise.to_vec();
+    for harmonic in 1..=highest {
+        let wave = wave(f64::from(harmonic) * mains_hz);
+        let amplitudes = tone(&calm, &wave);
+        calm.iter_mut().zip(amplitudes).for_each(|(y, a)| take_away(y, a, &wave));
+    }
     for harmonic in (1..=highest).filter(|h| !left.contains(h)) {
-        let turn = C64::from_polar(1.0, std::f64::consts::TAU * mains_hz * f64::from(harmonic) / rate_hz);
-        let wave = Powers::new(turn, length);
+        let wave = wave(f64::from(harmonic) * mains_hz);
         let amplitudes: Vec<C64> = tone(noise, &wave);
-        // Each term is chi-squared with two degrees of freedom if the noise is white.
+        // Each term is chi-squared with two degrees of freedom if the noise is white. Noise of a flow is
+        // louder at low frequencies: what lies beside the harmonic counts where it is more than white noise
+        // would have.
+        let beside = level_beside(&calm, rate_hz, f64::from(harmonic) * mains_hz, mains_hz);
         let strength: f64 = noise
             .iter()
             .zip(&amplitudes)
-            .map(|(y, a)| 0.5 * a.norm_sqr() * length as f64 / (dot(y, y) / length as f64))
+            .zip(beside)
+            .map(|((y, a), beside)| {
+                let variance = (dot(y, y) / length as f64).max(beside);
+                0.5 * a.norm_sqr() * length as f64 / variance
+            })
             .sum();
         let freedom = 2.0 * noise.len() as f64;
         if strength > freedom + 2.5 * (2.0 * freedom).sqrt() {
             present.push(harmonic);
-            for (y, a) in noise.iter_mut().zip(amplitudes) {
-                add_scaled(y, -a.re, &wave.re);
-                add_scaled(y, a.im, &wave.im);
-            }
+            noise.iter_mut().zip(amplitudes).for_each(|(y, a)| take_away(y, a, &wave));
         }
     }
     present
+}
+
+fn take_away(y: &mut [f64], a: C64, wave: &Powers) {
+    add_scaled(y, -a.re, &wave.re);
+    add_scaled(y, a.im, &wave.im);
+}
+
+/// Frequencies on each side of a harmonic, in units of what a stretch resolves, that tell of the noise there.
+const BESIDE: [f64; 4] = [1.5, 2.5, 3.5, 4.5];
+
+/// Variance that white noise would have which is as loud as each of `noise` is beside a frequency: up to half
+/// of the distance to the next harmonic away.
+fn level_beside(noise: &[Vec<f64>], rate_hz: f64, hz: f64, mains_hz: f64) -> Vec<f64> {
+    let length = noise.first().map_or(0, Vec::len);
+    let away = BESIDE.map(|k| k * rate_hz / length.max(1) as f64);
+    let away = away.iter().enumerate().filter(|(k, away)| *k == 0 || **away < 0.5 * mains_hz);
+    let beside: Vec<f64> = away.flat_map(|(_, away)| [hz - away, hz + away]).collect();
+    let mut levels = vec![0.0; noise.len()];
+    for hz in &beside {
+        let wave = Powers::new(C64::from_polar(1.0, std::f64::consts::TAU * hz / rate_hz), length);
+        for (level, y) in levels.iter_mut().zip(noise) {
+            let sum = C64::new(dot(y, &wave.re), -dot(y, &wave.im));
+            *level += sum.norm_sqr() / (length * beside.len()) as f64;
+        }
+    }
+    levels
 }
 
 /// Frequencies of mains, Hz.

@@ -69,7 +69,7 @@ pub(crate) fn last_decay(search: &Search<'_>, white: White<'_>, envelope: &Envel
     let onset = first * block;
     let mut start = (last * block).min(white.rows().checked_sub(10 * block)?);
     let mut decays: Vec<(usize, Solution)> = Vec::new();
-    let (mut missed, mut anew) = (0, false);
+    let (mut missed, mut anew, mut refuted) = (0, false, false);
     while missed < MISSES {
         let seen = look(search, white.slice(start, start + rows(LENGTH).max(10 * block)));
         let follows = |decays: &[(usize, Solution)]| {
@@ -77,13 +77,15 @@ pub(crate) fn last_decay(search: &Search<'_>, white: White<'_>, envelope: &Envel
                 continues(white.slice(start, *later), known, *later - start, rows(LENGTH))
             })
         };
+        let shows_none = matches!(seen, Seen::Steady | Seen::Other);
         match seen {
             Seen::Decay(solution) if follows(&decays) => {
                 decays.push((start, solution));
                 missed = 0;
             }
-            // The first windows may hold too little to be compared with: this one may be the first.
-            Seen::Decay(solution) if (1..=UNSURE).contains(&decays.len()) && !anew => {
+            // The first windows may hold too little to be compared with: this one may be the first. Not where
+            // a window after it shows no decay: a build-up in noise looks like one as well.
+            Seen::Decay(solution) if (1..=UNSURE).contains(&decays.len()) && !anew && !refuted => {
                 decays = vec![(start, solution)];
                 (missed, anew) = (missed + 1, true);
             }
@@ -91,6 +93,7 @@ pub(crate) fn last_decay(search: &Search<'_>, white: White<'_>, envelope: &Envel
             Seen::Nothing if decays.is_empty() => {}
             _ => missed += 1,
         }
+        refuted = missed > 0 && (refuted || shows_none);
         if start <= onset {
             break;
         }

@@ -1,6 +1,9 @@
 //! Which frequency the loudspeaker drives: what rings after it must be near.
 
+use super::verdict::loudness;
 use crate::dsp::transform;
+use crate::ringdown::White;
+use crate::unstable::Unstable;
 use crate::{Fault, Trace};
 
 /// Periods that the forcing must have to be seen as a tone, and share of all energy before the decay that it
@@ -14,6 +17,11 @@ const FAR: f64 = 0.25;
 const BESIDE: f64 = 0.05;
 /// Bins of the spectrum to each side of the largest that count to the tone.
 const BINS: usize = 3;
+/// Length of the stretches in which a tone is compared with itself, s; how many there must be; and the share
+/// of its loudest one from which it is as loud in others.
+const SPAN: f64 = 0.08;
+const LEAST: usize = 6;
+const AS_LOUD: f64 = 0.7;
 
 /// Refuses a mode that is not near the tone which holds most of what was recorded before the decay.
 pub(crate) fn check(
@@ -42,6 +50,39 @@ pub(crate) fn outside(trace: &Trace<'_>, band_hz: (f64, f64), mains_hz: f64, fau
     let beside = if matches!(fault, Fault::Weak(_)) { 0.0 } else { BESIDE };
     let near = ((1.0 - beside) * band_hz.0..=(1.0 + beside) * band_hz.1).contains(&driven_hz);
     (!near && !is_of_the_mains(driven_hz, mains_hz)).then_some(Fault::DrivenOutside { driven_hz, band_hz })
+}
+
+/// The same fault, or, if the tone that was taken for that of the loudspeaker sounds all the time, that.
+pub(super) fn or_all_the_time(trace: &Trace<'_>, fault: Fault) -> Fault {
+    match fault {
+        Fault::DrivenOutside { driven_hz, band_hz } | Fault::DrivenElsewhere { driven_hz, band_hz, .. }
+            if lasts(trace, driven_hz) =>
+        {
+            Unstable::Beside { frequency_hz: driven_hz, band_hz }.into()
+        }
+        fault => fault,
+    }
+}
+
+/// Whether a tone is as loud in the silence, if there is any, and in the last third of the record as where it
+/// is loudest.
+fn lasts(trace: &Trace<'_>, frequency_hz: f64) -> bool {
+    let span = (SPAN * trace.rate_hz) as usize;
+    if span == 0 || trace.len() < LEAST * span {
+        return false;
+    }
+    let size = |row: usize| {
+        let of = |y: &Vec<f64>| {
+            let white = White { samples: y, channels: 1, step: trace.rate_hz.recip() };
+            loudness(white, row, span, frequency_hz).powi(2)
+        };
+        trace.channels.iter().map(of).sum::<f64>().sqrt()
+    };
+    let sizes: Vec<f64> = (0..trace.len() / span).map(|k| size(k * span)).collect();
+    let loudest = sizes.iter().copied().fold(0.0, f64::max);
+    let silent = &sizes[..(trace.quiet / span).min(sizes.len())];
+    let end = &sizes[sizes.len() - sizes.len() / 3..];
+    silent.iter().chain(end).all(|size| *size > AS_LOUD * loudest)
 }
 
 /// Where there is no forcing, hum may be the loudest.

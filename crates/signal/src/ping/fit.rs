@@ -17,9 +17,10 @@ use super::ringing::{self, Ringing};
 use super::search::Search;
 use super::silence;
 use super::verdict;
-use crate::dsp::noise::{Whitener, remove_hum};
+use crate::dsp::noise::{MAX_HARMONIC, Whitener, remove_hum};
 use crate::ringdown::{Component, Kind, SEARCHING, SETTLING, Solution, White};
 use crate::{Fault, Trace};
+use rijke_numerics::C64;
 
 /// Fewest samples of the quiet part from which the noise is learnt; with fewer, it is learnt from residuals.
 pub(super) const MIN_QUIET: usize = 256;
@@ -39,7 +40,8 @@ const LEAST_TIME: f64 = 0.5;
 /// Fits one ring-down by maximum likelihood.
 ///
 /// The record holds an optional quiet part (noise alone), optional steady forcing near the mode, and the free
-/// decay; the end of forcing is found from the record. A constant offset of a channel is taken away first.
+/// decay; the end of forcing is found from the record. Equal samples to the end of the record in all channels
+/// are cut off, and a constant offset of a channel is taken away first.
 /// All channels share every complex frequency; each channel has its own complex amplitudes. Noise is whitened
 /// with its colour and correlation between channels as learnt from the quiet part (Gaussian, stationary: hum
 /// is fitted apart). The covariance is the inverse Fisher information, scaled with the residual variance.
@@ -48,6 +50,9 @@ const LEAST_TIME: f64 = 0.5;
 /// # Errors
 /// A [`Fault`] that says why the record must not be used.
 pub fn fit_ping(trace: &Trace<'_>, options: &PingOptions) -> Result<PingFit, Fault> {
+    let cut = trace.padded_from().map(|end| trace.channels.iter().map(|y| y[..end].to_vec()).collect());
+    let cut: Option<Vec<Vec<f64>>> = cut;
+    let trace = &Trace { channels: cut.as_deref().unwrap_or(trace.channels), ..*trace };
     trace.screen(512)?;
     options.check(trace)?;
     let steps = trace.coarse_steps();
@@ -81,7 +86,8 @@ pub fn fit_ping(trace: &Trace<'_>, options: &PingOptions) -> Result<PingFit, Fau
                 let deviations: Vec<f64> = noise.iter().map(|y| deviation(y)).collect();
                 // A fit that leaves more than noise says nothing of its colour: a filter learnt from it would
                 // take the mode for noise.
-                let learnt = learn_from_residuals(trace, options, &deviations, &harmonics).ok();
+                let scaling = Whitener::scaling(&deviations);
+                let learnt = learn_from_residuals(trace, options, scaling, &harmonics).ok();
                 learnt.filter(|(_, left)| *left < NOISE_ALONE).map(|(whitener, _)| whitener)
             } else {
                 None
@@ -90,9 +96,8 @@ pub fn fit_ping(trace: &Trace<'_>, options: &PingOptions) -> Result<PingFit, Fau
             Noise { whitener, harmonics, silence: noise, narrow_hz }
         }
     } else {
-        let tail = trace.len() - trace.len() / 10;
-        let deviations: Vec<f64> = trace.channels.iter().map(|y| deviation(&y[tail..])).collect();
-        Noise::of(learn_from_residuals(trace, options, &deviations, &[])?.0, Vec::new())
+        let (whitener, harmonics) = noise_at_the_end(trace, options);
+        Noise::of(learn_from_residuals(trace, options, whitener, &harmonics)?.0, harmonics)
     };
     let fit = |noise: &Noise| judged_fit(trace, options, noise, least);
     let found = match fit(&noise) {
@@ -105,9 +110,26 @@ pub fn fit_ping(trace: &Trace<'_>, options: &PingOptions) -> Result<PingFit, Fau
         found => found,
     };
     found.map_err(|fault| {
-        driven::outside(trace, options.band_hz, options.mains_hz, &fault)
-            .unwrap_or_else(|| diagnosis::reason(trace, options, fault))
+        let outside = driven::outside(trace, options.band_hz, options.mains_hz, &fault);
+        let fault = outside.unwrap_or_else(|| diagnosis::reason(trace, options, fault));
+        driven::or_all_the_time(trace, fault)
     })
+}
+
+/// A first notion of the noise of a record without silence, from its last tenth: the colour, if the mode does
+/// not ring there any more, and the harmonics of the mains, but for those beside the mode, which may ring.
+fn noise_at_the_end(trace: &Trace<'_>, options: &PingOptions) -> (Whitener, Vec<u32>) {
+    let tail = trace.len() - trace.len() / 10;
+    let mut end: Vec<Vec<f64>> = trace.channels.iter().map(|y| y[tail..].to_vec()).collect();
+    let deviations: Vec<f64> = end.iter().map(|y| deviation(y)).collect();
+    let white = Whitener::scaling(&deviations);
+    let Some(hz) = diagnosis::loudest(trace, options) else { return (white, Vec::new()) };
+    let beside = |h: &u32| (f64::from(*h) * options.mains_hz - hz).abs() < APART_HZ;
+    let beside: Vec<u32> = (1..=MAX_HARMONIC).filter(beside).collect();
+    let harmonics = remove_hum(&mut end, trace.rate_hz, options.mains_hz, &beside);
+    let calm = trace.len() - tail >= MIN_QUIET && !ringing::rings(&end, trace.rate_hz, hz);
+    let learnt = calm.then(|| Whitener::learn(&end).ok()).flatten();
+    (learnt.unwrap_or(white), harmonics)
 }
 
 /// The fit from the end of the plateau, or, if that is doubtful or fails, from the last decay.
@@ -157,15 +179,15 @@ enum Start {
     Backwards,
 }
 
-/// With little or no quiet part: fit with noise taken as white, learn its colour from what is left, for
-/// another fit. And the variance of what is left, over that of the noise as measured.
+/// With little or no quiet part: fit with a first notion of the noise, learn its colour from what is left,
+/// for another fit. And the variance of what is left, over that of the noise as measured.
 fn learn_from_residuals(
     trace: &Trace<'_>,
     options: &PingOptions,
-    deviations: &[f64],
+    whitener: Whitener,
     harmonics: &[u32],
 ) -> Result<(Whitener, f64), Fault> {
-    let noise = Noise::of(Whitener::scaling(deviations), harmonics.to_vec());
+    let noise = Noise::of(whitener, harmonics.to_vec());
     let fit = |start| fit_whitened(trace, options, &noise, 0.0, start);
     let sound = |fit: &Fitted| fit.solution.variance() < NOISE_ALONE;
     let found = match fit(Start::Plateau) {
@@ -175,11 +197,37 @@ fn learn_from_residuals(
             _ => first?,
         },
     };
-    let left = found.residuals();
-    let unscaled =
-        |(m, d): (usize, &f64)| left.iter().skip(m).step_by(deviations.len()).map(|v| v * d).collect();
-    let noise: Vec<Vec<f64>> = deviations.iter().enumerate().map(unscaled).collect();
-    Ok((Whitener::learn(&noise)?, found.solution.variance()))
+    let variance = found.solution.variance();
+    let Some(left) = noise_left(trace, &found) else { return Ok((noise.whitener, variance)) };
+    Ok((Whitener::learn(&left)?, variance))
+}
+
+/// What a fit leaves of the record as it stands, not whitened; none where a filter and a curve of the mode
+/// come together.
+fn noise_left(trace: &Trace<'_>, found: &Fitted) -> Option<Vec<Vec<f64>>> {
+    let channels = trace.channels.len();
+    if found.whitener.order() == 0 {
+        let (left, scales) = (found.residuals(), found.whitener.deviations(0.0, found.step));
+        let unscaled = |(m, d): (usize, &f64)| left.iter().skip(m).step_by(channels).map(|v| v * d).collect();
+        return Some(scales.iter().enumerate().map(unscaled).collect());
+    }
+    if found.solution.components[0].is_curved() {
+        return None;
+    }
+    let (from, to) = (found.offset + found.rows.0, found.offset + found.rows.1);
+    let mut left: Vec<Vec<f64>> = trace.channels.iter().map(|y| y[from..to].to_vec()).collect();
+    for (component, white) in found.solution.components.iter().zip(&found.solution.amplitudes) {
+        let (unwhiten, _) = found.whitener.unwhiten(component.s, found.step);
+        let turn = (component.s * found.step).exp();
+        for (y, row) in left.iter_mut().zip(&unwhiten) {
+            let mut wave: C64 = row.iter().zip(white).map(|(u, b)| u * b).sum();
+            for v in y {
+                *v -= wave.re;
+                wave *= turn;
+            }
+        }
+    }
+    Some(left)
 }
 
 fn fit_whitened(

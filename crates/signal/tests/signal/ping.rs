@@ -259,3 +259,36 @@ fn exact_bad_records_are_refused_with_the_right_reason() {
     });
     assert!(matches!(unplugged, Fault::NoSignal { channel: Channel::Place(6), .. }), "{unplugged}");
 }
+
+/// An acquisition of fixed length that fills its file with zeros, or with the last number.
+#[test]
+fn exact_equal_samples_at_the_end_of_all_channels_are_cut_off() {
+    let ringing = Ringing::tube(-10.0, 100.0);
+    let record = ringing.record(3, "padded");
+    let bare = fit(&ringing, &record).unwrap();
+    for share in [0.01, 1.0] {
+        for hold in [false, true] {
+            let mut padded = record.clone();
+            for y in &mut padded {
+                let last = if hold { y[y.len() - 1] } else { 0.0 };
+                let more = (share * y.len() as f64) as usize;
+                y.resize(y.len() + more, last);
+            }
+            let found = fit(&ringing, &padded).unwrap();
+            // A number that is held is that of the last sample, which goes with it.
+            let sd = bare.ping.covariance[(0, 0)].sqrt();
+            assert!((found.ping.s - bare.ping.s).norm() < 1e-3 * sd, "{} {}", found.ping.s, bare.ping.s);
+        }
+    }
+    // In one channel they are a fault of it.
+    let mut one = record.clone();
+    let from = one[3].len() - 3000;
+    one[3][from..].fill(0.0);
+    let fault = fit(&ringing, &one).unwrap_err();
+    assert!(matches!(fault, Fault::Dropout { channel: Channel::Place(3), .. }), "{fault}");
+    // What is cut off in the decay leaves too little.
+    let mut early = record;
+    early.iter_mut().for_each(|y| y[4200..].fill(0.0));
+    let fault = fit(&ringing, &early).unwrap_err();
+    assert!(matches!(fault, Fault::ShortDecay { .. }), "{fault}");
+}

@@ -233,3 +233,32 @@ fn behaviour_every_fault_is_named() {
     }
     assert!(wrong.is_empty(), "{wrong:?}");
 }
+
+#[test]
+fn behaviour_a_mode_that_sounds_all_the_time_is_not_called_the_loudspeaker() {
+    let driven = Driven { quiet: 0.1, ..Driven::tube() };
+    for seed in 0..4 {
+        let record = driven.record(seed);
+        let sounding = |from: f64, to: f64| {
+            let mut record = record.clone();
+            let top = largest(&record);
+            for (m, y) in record.iter_mut().enumerate() {
+                for (n, v) in y.iter_mut().enumerate() {
+                    let t = n as f64 / driven.rate_hz;
+                    if (from..to).contains(&t) {
+                        *v += 12.0 * top * (0.4 + 0.3 * m as f64).cos() * (TAU * 517.0 * t).cos();
+                    }
+                }
+            }
+            driven.fit_of(&record).expect_err("another tone")
+        };
+        let always = sounding(0.0, driven.end);
+        assert!(
+            matches!(always, Fault::Unstable(Unstable::Beside { frequency_hz, .. }) if (frequency_hz - 517.0).abs() < 1.0),
+            "{always}"
+        );
+        let (on, off) = driven.switched[0];
+        let forced = sounding(on, off);
+        assert!(!matches!(forced, Fault::Unstable(Unstable::Beside { .. })), "{forced}");
+    }
+}
