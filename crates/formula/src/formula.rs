@@ -98,8 +98,8 @@ impl Formula {
         self.program.contains(&Operation::Parameter(index))
     }
 
-    /// Whether nothing but sums, products, quotients, square roots and powers by what does not depend on s are
-    /// in it.
+    /// Whether nothing but sums, products, quotients, square roots and powers by what does not depend on s
+    /// are in it.
     #[must_use]
     pub fn is_algebraic(&self) -> bool {
         let of_s = |operations: &[Operation]| operations.iter().any(|o| matches!(o, Operation::Analytic(_)));

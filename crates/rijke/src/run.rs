@@ -91,7 +91,7 @@ fn processed(dir: &Path, force: bool, ui: &Ui) -> Result<(), Failed> {
         let [by_hand, processed] = ["modes.csv", "pings.csv"].map(|name| observations.join(name).exists());
         if by_hand && !processed && records.join("manifest.toml").exists() {
             ui.note(
-                "observations/ has modes.csv, so the records are not processed; `rijke process` with --force adds what they hold".to_owned(),
+                "observations/ has modes.csv, so the records are not processed; `rijke process` with --force adds what they hold",
             );
         }
         return Ok(());

@@ -100,8 +100,9 @@ impl Study {
         unused.into_iter().map(said).chain(idle).chain(lawless).chain(tolerated).collect()
     }
 
-    /// What was observed: the rows of `observations/modes.csv`, then those of `pings.csv` as signal processing
-    /// writes it. A study that has stages of responses too may lack both: then no mode was observed.
+    /// What was observed: the rows of `observations/modes.csv`, then those of `pings.csv` as signal
+    /// processing writes it. A study that has stages of responses too may lack both: then no mode was
+    /// observed.
     ///
     /// # Errors
     /// File, line and remedy; a mode that both tables have; a rig beside the observations that is another.

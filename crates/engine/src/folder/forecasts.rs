@@ -3,7 +3,7 @@
 use super::results::warn_of_missing;
 use crate::run::{AskedPoint, Averaged, Forecast, OpenModel, at_other_maxima, beyond};
 use crate::{BeyondTable, SavedModel};
-use rijke_numerics::words::rounded;
+use rijke_numerics::words::{rounded, to_digits};
 use rijke_numerics::{Failed, Tell};
 use rijke_rig::files::csv_table;
 use rijke_study::{Point, Study, hertz};
@@ -198,6 +198,6 @@ pub fn surroundings(asked: &AskedPoint, point: &Point, nearest: &str) -> Option<
     let missing: Vec<&str> = ["T_amb", "T_amb_sd"].into_iter().filter(|name| !given(name)).collect();
     (!from.is_empty()).then(|| {
         let (from, missing) = (from.join(", with "), missing.join(" and "));
-        format!("T_amb = {kelvin} +- {sd} K: {from}; give {missing} in --at for another")
+        format!("T_amb = {} +- {sd} K: {from}; give {missing} in --at for another", to_digits(kelvin, 7))
     })
 }

@@ -65,8 +65,8 @@ mod tests {
     use rijke_network::Region;
     use rijke_numerics::{C64, ComplexDual, JetSpace, Order};
 
-    /// Two resonators in one law, sharp and blunt ones, at places that a fixed sequence spreads: the poles are
-    /// the roots of two quadratics.
+    /// Two resonators in one law, sharp and blunt ones, at places that a fixed sequence spreads: the poles
+    /// are the roots of two quadratics.
     #[test]
     fn exact_poles_of_resonators_are_the_roots_of_their_quadratics() {
         let scope = Scope::new();

@@ -30,8 +30,8 @@ pub struct TrainedParameter {
     /// that goes on; none where they leave none open that has this parameter.
     #[serde(default)]
     pub averaged: Option<[f64; 2]>,
-    /// The parameter with which it is correlated most, and the correlation, where its modulus is above 0.9: the
-    /// data tell a combination of the two better than either.
+    /// The parameter with which it is correlated most, and the correlation, where its modulus is above 0.9:
+    /// the data tell a combination of the two better than either.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tied: Option<(String, f64)>,
 }

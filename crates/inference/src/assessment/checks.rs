@@ -8,8 +8,9 @@ use crate::fit::{Fit, Posterior};
 use crate::problem::{Coordinates, Parameters, Prior};
 use rijke_numerics::{Cholesky, Matrix, Order, symmetric_eigen};
 
-/// ln of how many times as large a noise is when its data tell nothing.
-const LOUD: f64 = 100.0;
+/// ln of the standard deviation of a noise whose data tell nothing, and of how many times as large it is at
+/// least.
+const LOUD: [f64; 2] = [60.0, 30.0];
 
 impl Posterior<'_> {
     /// Warns of a search that did not converge, and of noise that has too few data or none.
@@ -35,7 +36,8 @@ impl Posterior<'_> {
                     }
                 }
             }
-            let few_for = |told: f64| (count as f64) < told + 1.0;
+            // One number alone tells no scatter.
+            let few_for = |told: f64| count < 2 || (count as f64) < told + 1.0;
             if few_for(told) && self.told_by(g, fit).is_none_or(few_for) {
                 few.push(format!("'{}' ({count} data)", noise.name));
             }
@@ -86,7 +88,7 @@ impl Posterior<'_> {
         let p = self.parameters().len();
         let place = self.floating().iter().position(|group| *group == noise)?;
         let mut loud = fit.working.clone();
-        loud[p + place] += LOUD;
+        loud[p + place] = LOUD[0].max(loud[p + place] + LOUD[1]);
         let hessian = |z: &[f64]| {
             let parts = self.parts(z, Order::First).ok()?;
             Some(Matrix::from_fn(p, p, |i, j| parts.gauss_newton[(i, j)] + parts.prior[(i, j)]))

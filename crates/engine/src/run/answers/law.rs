@@ -1,5 +1,5 @@
-//! The law of a role over frequency: modulus and phase of what was inferred, the Bode plot of a flame, a gauze
-//! or an end.
+//! The law of a role over frequency: modulus and phase of what was inferred, the Bode plot of a flame, a
+//! gauze or an end.
 
 use super::super::course::{Chosen, Run};
 use super::super::frame::{Frame, FrameColumn, FrameRow, finite};

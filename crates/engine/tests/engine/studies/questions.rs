@@ -137,8 +137,8 @@ fn exact_the_effect_of_a_loss_is_the_closed_form() {
     }
 }
 
-/// An end that reflects a R_LS e^{-s tau}: modulus a |R_LS|, phase arg R_LS - omega tau, each with the standard
-/// deviation of its own parameter.
+/// An end that reflects a R_LS e^{-s tau}: modulus a |R_LS|, phase arg R_LS - omega tau, each with the
+/// standard deviation of its own parameter.
 #[test]
 fn exact_a_law_over_frequency_is_the_closed_form() {
     let end = "type = \"constant\"\nmodulus = \"$r\"\nangle = \"180 deg\"\n[[element]]";
