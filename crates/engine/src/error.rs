@@ -154,8 +154,8 @@ pub enum EngineError {
     },
     /// A law that has no value.
     #[error(
-        "at operating point {point}: {law} has no finite value at s = {s:.1}: it divides by what is 0 there, a flow or a power say, or goes beyond the range of \
-         what it names; a model of an earlier stage may have no such law: `--stage`"
+        "at operating point {point}: {law} has no finite value at s = {s:.1}: the law divides by what is 0 there, such as a flow or a power, or leaves the \
+         range of what it names; `--stage` takes the model of an earlier stage, which may lack this law"
     )]
     Undefined {
         /// The operating point.

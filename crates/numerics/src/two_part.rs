@@ -18,6 +18,12 @@ const SCAN: usize = 56;
 const SECTIONS: usize = 35;
 
 impl TwoPart {
+    /// Nats by which residuals must be more probable with a part in proportion before there is one: of white
+    /// noise one set in fifty does so by chance, and its deviations stay honest.
+    pub const ASKED: f64 = 2.0;
+    /// Nats that another ratio of the parts may gain when the ratio has settled.
+    pub const SETTLED: f64 = 0.02;
+
     /// A noise that does not grow.
     #[must_use]
     pub fn white() -> Self {

@@ -23,7 +23,7 @@ const ROOM: std::ops::RangeInclusive<f64> = 250.0..=330.0;
 /// Ducts colder than this, K, most often are so warm in degrees Celsius.
 const COLD: f64 = 200.0;
 /// 0 degrees Celsius, K.
-const ZERO: f64 = 273.15;
+pub(crate) const ZERO: f64 = 273.15;
 /// Pressures of rigs, Pa.
 const PRESSURE: [f64; 2] = [5e3, 1e8];
 /// Prandtl numbers and viscosities, Pa s, of gases at room temperature.

@@ -106,8 +106,7 @@ impl Study {
     ///
     /// # Errors
     /// File, line and remedy; a mode that both tables have; a rig beside the observations that is another.
-    /// Points of `ramps.csv`
-    /// are refused where their states would be taken for settled.
+    /// Points of `ramps.csv` are refused where their states would be taken for settled.
     pub fn observations(&self) -> Result<ObservedModes, StudyError> {
         let folder = self.folder.join("observations");
         self.is_the_rig_of(&folder)?;
@@ -115,16 +114,13 @@ impl Study {
         let source = Source::read(&folder.join("observations.toml"))?;
         let responses = !self.plan.responses.is_empty();
         let origin = if responses { Origin::beside_responses(&source) } else { source.toml() }?;
-        let tables = ["modes.csv", "pings.csv"].map(|name| folder.join(name));
-        // What is there and no regular file is refused by whoever reads it.
-        let mut tables: Vec<&PathBuf> = match tables.each_ref().map(|table| table.exists()) {
-            [true, false] => vec![&tables[0]],
-            [true, true] => tables.iter().collect(),
-            _ => vec![&tables[1]],
-        };
-        tables.retain(|table| table.exists() || !responses);
+        let [by_hand, processed] = ["modes.csv", "pings.csv"].map(|name| folder.join(name));
+        // What is there and no regular file is refused by whoever reads it; so is `pings.csv` where one of
+        // the two is needed and neither is there.
+        let needed = !responses && !by_hand.exists();
+        let tables = [(by_hand, false), (processed, needed)];
         let mut modes: Vec<ObservedMode> = Vec::new();
-        for table in tables {
+        for (table, _) in tables.iter().filter(|(table, needed)| *needed || table.exists()) {
             let source = Source::read_table(table)?;
             let found = crate::modes::parse(&source, &self.rig, &self.campaign)?;
             let twice = |m: &ObservedMode| modes.iter().any(|o| o.point == m.point && o.label == m.label);

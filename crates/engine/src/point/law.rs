@@ -2,7 +2,7 @@
 
 use super::model::PointModel;
 use crate::shape::LawOf;
-use rijke_network::{At, Laws};
+use rijke_network::{At, Coefficients, Laws};
 use rijke_numerics::{C64, Order};
 
 impl PointModel<'_> {
@@ -23,18 +23,14 @@ impl PointModel<'_> {
             None => self.laws.iter().position(|law| [law.candidate, law.effect] == asked),
         };
         let (law, filled) = (law?, self.filled(values).ok()?);
-        let (at, mut laws) = (At::full(s, values.len(), Order::First), Laws::default());
-        laws.reset(filled.laws(), &at);
-        filled.fill(&at, &mut laws);
+        let laws = laws_at(&*filled, &At::full(s, values.len(), Order::First));
         Some((laws.value(law), laws.gradient(law)[..values.len()].to_vec()))
     }
 
     /// The first law that has no finite value at s, as messages call it.
     pub(crate) fn undefined(&self, values: &[f64], s: C64) -> Option<String> {
         let filled = self.filled(values).ok()?;
-        let (at, mut laws) = (At::search(s), Laws::default());
-        laws.reset(filled.laws(), &at);
-        filled.fill(&at, &mut laws);
+        let laws = laws_at(&*filled, &At::search(s));
         (0..filled.laws()).find(|k| !laws.value(*k).is_finite()).map(|k| filled.name(k))
     }
 
@@ -44,9 +40,14 @@ impl PointModel<'_> {
             return Vec::new();
         }
         let Ok(filled) = self.filled(values) else { return Vec::new() };
-        let (at, mut laws) = (At::search(C64::new(0.0, omega)), Laws::default());
-        laws.reset(filled.laws(), &at);
-        filled.fill(&at, &mut laws);
+        let laws = laws_at(&*filled, &At::search(C64::new(0.0, omega)));
         (0..self.laws.len()).map(|k| laws.value(k)).collect()
     }
+}
+
+fn laws_at(filled: &dyn Coefficients, at: &At) -> Laws {
+    let mut laws = Laws::default();
+    laws.reset(filled.laws(), at);
+    filled.fill(at, &mut laws);
+    laws
 }

@@ -21,12 +21,7 @@ use rijke_numerics::{C64, InOrder, Jet, Order, TwoPart};
 use rijke_study::plan::SdSpec;
 use rijke_study::responses::ResponseStage;
 
-/// Nats by which residuals must be more probable with a part in proportion before all models are judged with
-/// one: of white noise one stage in fifty does so by chance, and its deviations stay honest.
-const GAIN: f64 = 2.0;
-/// Nats that another ratio of the parts may gain when the ratio has settled.
-const SAME: f64 = 0.02;
-/// Most trainings until it does, and most models that tell it.
+/// Most trainings until the ratio of the parts has settled, and most models that tell it.
 const ROUNDS: usize = 4;
 /// A number of which a fit leaves less counts as if it left so much.
 const LEAST_LEFT: f64 = 0.05;
@@ -66,7 +61,7 @@ pub(super) fn with_the_noise_asked_for(
         for _ in 0..ROUNDS {
             let (model, learned) = again(by, &noise, &start(&models[by]))?;
             let (other, gain) = better(measured, (&model, &learned), &noise);
-            if gain < SAME {
+            if gain < TwoPart::SETTLED {
                 break;
             }
             noise = other;
@@ -79,7 +74,7 @@ pub(super) fn with_the_noise_asked_for(
         let Some(best) = fitted.max_by(|a, b| worth(a).total_cmp(&worth(b))) else { break };
         (models, found) = next;
         let (other, gain) = better(measured, (&models[best], &found[best]), &noise);
-        if best == by || gain < SAME {
+        if best == by || gain < TwoPart::SETTLED {
             break;
         }
         (noise, by) = (other, best);
@@ -116,7 +111,7 @@ fn asked(
         let is_noise = !correlates(measured) || !correlates(&scaled(measured, &heard, &noise));
         is_noise.then_some((model.ln_evidence() + gain, gain, (noise, by)))
     };
-    let least = if stage.noise_in_proportion == Some(true) { 0.0 } else { GAIN };
+    let least = if stage.noise_in_proportion == Some(true) { 0.0 } else { TwoPart::ASKED };
     let all = models.iter().zip(found).enumerate().filter_map(of);
     let most = all.max_by(|a, b| a.0.total_cmp(&b.0));
     most.filter(|(with, gain, _)| *gain > least && *with > best + least).map(|(_, _, asked)| asked)

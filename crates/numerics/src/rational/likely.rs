@@ -17,10 +17,7 @@ const STEPS: [usize; 2] = [8, 4];
 /// grows off it, so that fits which are a little less likely there must count.
 const TEMPER: f64 = 3.0;
 
-/// Nats by which residuals must be more probable with a noise that grows with the gain.
-const GAIN: f64 = 2.0;
-/// Nats that another such noise may gain when it has settled, and most times that it is sought.
-const SAME: f64 = 0.02;
+/// Most times that a noise which grows with the gain is sought.
 const ROUNDS: usize = 6;
 
 /// The fits that a table allows, with their shares of the probability.
@@ -51,7 +48,11 @@ impl Likely {
             let Some((best, _)) = fits.iter().max_by(|a, b| a.1.total_cmp(&b.1)) else { break };
             let residuals = measured.residuals(best);
             let (other, gain) = TwoPart::of(&residuals);
-            let least = if noise == TwoPart::white() { GAIN } else { noise.gain(&residuals) + SAME };
+            let least = if noise == TwoPart::white() {
+                TwoPart::ASKED
+            } else {
+                noise.gain(&residuals) + TwoPart::SETTLED
+            };
             if gain < least {
                 break;
             }

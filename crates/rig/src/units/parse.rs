@@ -57,8 +57,7 @@ const OF_MASS_FLOWS: &str = "; a volume flow is the mass flow over the density o
      and 101 325 Pa";
 
 /// What mass-flow controllers show, which is a mass.
-const NORMAL: [&str; 12] =
-    ["nl", "ln", "nlpm", "nlm", "sl", "slpm", "slm", "sccm", "scc", "scfm", "nm3", "sm3"];
+const NORMAL: [&str; 10] = ["nl", "ln", "nlpm", "nlm", "sl", "slpm", "slm", "sccm", "scc", "scfm"];
 
 /// What may have been meant by a word that is no unit.
 fn hint_of(word: &str) -> &'static str {

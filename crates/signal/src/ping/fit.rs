@@ -50,8 +50,8 @@ const LEAST_TIME: f64 = 0.5;
 /// # Errors
 /// A [`Fault`] that says why the record must not be used.
 pub fn fit_ping(trace: &Trace<'_>, options: &PingOptions) -> Result<PingFit, Fault> {
-    let cut = trace.padded_from().map(|end| trace.channels.iter().map(|y| y[..end].to_vec()).collect());
-    let cut: Option<Vec<Vec<f64>>> = cut;
+    let cut: Option<Vec<Vec<f64>>> =
+        trace.padded_from().map(|end| trace.channels.iter().map(|y| y[..end].to_vec()).collect());
     let trace = &Trace { channels: cut.as_deref().unwrap_or(trace.channels), ..*trace };
     trace.screen(512)?;
     options.check(trace)?;

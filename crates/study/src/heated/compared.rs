@@ -2,6 +2,7 @@
 
 use super::fit::{Found, SCALE};
 use super::gas::{GasReading, REACH, VALUES, places};
+use crate::doubtful::ZERO;
 use rijke_numerics::median;
 
 /// The heat by the readings, beside what was known before, and every thermometer.
@@ -38,11 +39,8 @@ pub struct HeatedFit {
     alone: Option<String>,
 }
 
-/// Temperature of melting ice, K: what numbers in K have beyond those in degrees Celsius.
-const ICE: f64 = 273.15;
-
-/// Within so many K of that, readings are taken to be in the other unit: the heat that is found takes some.
-const ABOUT_ICE: f64 = 40.0;
+/// Readings that are so near to 273 K too large are taken to be in K, K: the heat that is found takes some.
+const ABOUT_ZERO: f64 = 40.0;
 
 /// Standard deviations from which readings and heat, or readings and priors, contradict each other.
 const CONFLICT: f64 = 4.0;
@@ -168,7 +166,7 @@ impl HeatedFit {
                 off.abs() / sd
             ));
         }
-        let kelvins = |[_, off, sd]: &[f64; 3]| (off - ICE).abs() < ABOUT_ICE && *off > CONFLICT * sd;
+        let kelvins = |[_, off, sd]: &[f64; 3]| (off - ZERO).abs() < ABOUT_ZERO && *off > CONFLICT * sd;
         if !self.thermometers.is_empty() && self.thermometers.iter().all(kelvins) {
             all.push(
                 "all thermometers read some 273 K too much: write `temperature [K]` over readings that are in K".to_owned(),

@@ -125,7 +125,7 @@ impl Ask for Law {
         let divided = self.per.as_ref().map_or(String::new(), |per| format!(", divided by {per}"));
         let mut caption = format!(
             "{law} of {} at {}{divided}, at s = i omega, with two standard deviations (bands). Dots: frequencies at which modes were measured. Elsewhere \
-             the curve is the form of the law, which no datum checks.",
+             nothing was measured, and the curve follows from the form of the law.",
             candidates[candidate].id, acts.place_text
         );
         if different > shown.len() {
