@@ -17,7 +17,7 @@ const LONGEST: f64 = 100.0;
 /// gives 250.
 const MOST_WAVELENGTHS: f64 = 200.0;
 /// Temperature at which the geometry is looked at, K.
-const LAID_OUT: f64 = 293.15;
+pub(crate) const LAID_OUT: f64 = 293.15;
 /// Temperatures of rooms, K. Where degrees Celsius are expected, such a number most often is one.
 const ROOM: std::ops::RangeInclusive<f64> = 250.0..=330.0;
 /// Ducts colder than this, K, most often are so warm in degrees Celsius.
@@ -35,7 +35,8 @@ const NAMED: usize = 5;
 impl Study {
     /// Names of factors that are nearly reserved ones, points that no stage takes because they lack a factor,
     /// ambient temperatures in degC whose number is that of a room in K, ducts so cold that degC were meant,
-    /// microphones at one place, and sizes that no rig has: each in a sentence with file and remedy.
+    /// microphones at one place, elements at one place, and sizes that no rig has: each in a sentence with file
+    /// and remedy.
     #[must_use]
     pub fn doubtful(&self) -> Vec<String> {
         let mut all = self.campaign.nearly_reserved();
@@ -46,6 +47,7 @@ impl Study {
         all.extend(self.sizes());
         all.extend(self.at_rest());
         all.extend(self.late());
+        all.extend(self.side_by_side());
         all
     }
 

@@ -28,6 +28,7 @@ mod records;
 pub mod responses;
 mod rig;
 mod same_rig;
+mod side_by_side;
 mod source;
 mod states;
 

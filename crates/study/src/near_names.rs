@@ -124,6 +124,26 @@ mod tests {
         let millimetres = long("800", "300");
         assert!(millimetres.len() == 1 && millimetres[0].contains("800.0000 m long"), "{millimetres:?}");
         assert_eq!(long("150", "60"), Vec::<String>::new());
+        // A resonator and a screen do not stand in a row; two resonators need no order, nor do laws of
+        // candidates at parts that have none.
+        let devices = |first: &str, second: &str, x: f64| {
+            let resonator = "type = \"helmholtz\"\nvolume = 1e-4\nneck_area = 1e-5\nneck_length = 0.01";
+            let list = [("one", first, 0.3), ("two", second, x)].map(|(name, kind, x)| {
+                let kind = kind.replace("RESONATOR", resonator);
+                format!("[[element]]\nname = \"{name}\"\nat = {x}\n{kind}\n")
+            });
+            write("rig.toml", &(rig("0.05", "[0.1, 0.5]") + &list.concat()));
+            said()
+        };
+        let [plain, screen] = ["type = \"device\"", "type = \"screen\"\nresistance = 10"];
+        let row = devices("RESONATOR", screen, 0.3);
+        assert!(
+            row.len() == 1 && row[0].contains("`one` and `two` are at one place at a, b: both"),
+            "{row:?}"
+        );
+        assert_eq!(devices("RESONATOR", screen, 0.300001), Vec::<String>::new());
+        assert_eq!(devices("RESONATOR", "RESONATOR", 0.3), Vec::<String>::new());
+        assert_eq!(devices(plain, screen, 0.3), Vec::<String>::new());
         std::fs::remove_dir_all(&folder).unwrap();
     }
 

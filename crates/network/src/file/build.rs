@@ -5,6 +5,7 @@ use super::error::FileError;
 use super::item::{Item, line_of, line_of_table};
 use super::layout::{Placed, SAME, place};
 use super::problem::ElementProblem;
+use super::row::in_a_row;
 use super::schema::{Element, File};
 use super::sizes::Sizes;
 use super::spread::{Along, Spread};
@@ -62,7 +63,9 @@ pub(super) fn build(text: &str, file: &File, redraw: Option<Redraw<'_>>) -> Resu
         return Err(head.fail(ElementProblem::Gamma { value: gas.gamma }));
     }
     let region = region(text, file)?;
-    let (placed, length) = place(text, &file.element)?;
+    let (mut placed, length) = place(text, &file.element)?;
+    let ducts = placed.iter().take_while(|p| p.is_duct()).count();
+    in_a_row(&mut placed[ducts..], length);
     let sizes = Sizes::of(gas, &region);
     let mut assembly = Assembly {
         gas,

@@ -1,7 +1,8 @@
 //! Networks in a TOML file.
 //!
-//! `schema` is what a file may hold; `item` and `layout` find its elements and their lines; `assembly`
-//! gathers segments and laws, which `duct`, `compact`, `ends` and `flow` add; `build` makes the network.
+//! `schema` is what a file may hold; `item` and `layout` find its elements and their lines; `row` puts
+//! devices at one place one behind the other; `assembly` gathers segments and laws, which `duct`, `compact`,
+//! `ends` and `flow` add; `build` makes the network.
 //! Knows every room of the crate; none knows it.
 
 mod account;
@@ -23,6 +24,7 @@ mod problem;
 mod ranges;
 mod read;
 mod redrawn;
+mod row;
 mod schema;
 mod sizes;
 mod spread;

@@ -220,7 +220,14 @@ impl Law {
             }
             Self::QuarterWave { length, sound_speed, .. } => {
                 let spacing = PI * sound_speed / length;
-                let [low, high] = region.omega.map(|w| (w / spacing - 0.5).clamp(-1e6, 1e6));
+                let [low, high] = region.omega.map(|w| w / spacing - 0.5);
+                if high - low > MOST_POLES {
+                    return Err(NetworkError::TooLarge {
+                        sigma: region.sigma,
+                        omega: region.omega,
+                        modes: high - low,
+                    });
+                }
                 let all = low.floor() as i64..=high.ceil() as i64;
                 all.map(|k| (C64::new(0.0, spacing * (k as f64 + 0.5)), 1)).collect()
             }
@@ -260,6 +267,8 @@ impl Law {
     }
 }
 
+/// Most resonances of a quarter-wave tube in a region: as many as the modes that a search takes on.
+const MOST_POLES: f64 = 1e4;
 /// Where the search for poles of open ends begins, rad/s.
 const LOWEST: f64 = 1.0;
 

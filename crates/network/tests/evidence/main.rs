@@ -26,4 +26,5 @@ mod mean_flow;
 mod oscilos;
 mod ranges;
 mod refusals;
+mod row;
 mod spread;
