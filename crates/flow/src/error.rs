@@ -59,6 +59,18 @@ pub enum FlowError {
         /// What it must be.
         need: &'static str,
     },
+    /// Readings that no flow fits with closures that can be.
+    #[error(
+        "the readings pull the closure {name} to {value:.6}, and it must be {need}: no flow fits them with what is known of the tube"
+    )]
+    Pulled {
+        /// Key of the closure.
+        name: &'static str,
+        /// Where the search went.
+        value: f64,
+        /// What it must be.
+        need: &'static str,
+    },
     /// A power that is negative or not finite.
     #[error("the heater power is {watts} W; it must be zero or positive")]
     Power {

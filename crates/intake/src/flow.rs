@@ -199,14 +199,35 @@ pub(crate) fn readings(
 
 /// Readings under which no flow exists are the user's to mend; a search that gives up on sound ones is not.
 pub(crate) fn blame(error: FlowError) -> Failed {
-    use FlowError::{Ensemble, NoFlow, NotSteady, Power, Range};
+    use FlowError::{Ensemble, NoFlow, NotSteady, Power, Pulled, Range};
     match error {
-        NoFlow { .. } | NotSteady { .. } | Power { .. } | Range { .. } | Ensemble(_) => {
+        NoFlow { .. } | NotSteady { .. } | Power { .. } | Pulled { .. } | Range { .. } | Ensemble(_) => {
             Failed::bad_input(error)
                 .remedy("Compare powers, ambient temperatures and readings of the samples with the rig; give samples at shorter intervals if \
                     theirs are longer than a few minutes.")
         }
         _ => Failed::of_work(error)
             .remedy("Compare the readings with the rig; --method smoother needs no derivatives."),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::blame;
+    use rijke_flow::FlowError;
+    use rijke_numerics::Blame;
+
+    #[test]
+    fn behaviour_readings_that_no_flow_fits_are_the_users_to_mend() {
+        let pulled = FlowError::Pulled { name: "emissivity", value: 1.0002, need: "at most 1" };
+        let failed = blame(pulled);
+        assert_eq!(failed.kind, Blame::Input);
+        assert!(
+            failed.message.contains("the readings pull the closure emissivity to 1.000200"),
+            "{failed:?}"
+        );
+        // A closure of the program itself is not.
+        let own = FlowError::Closure { name: "emissivity", value: 1.0002, need: "at most 1" };
+        assert_eq!(blame(own).kind, Blame::Work);
     }
 }

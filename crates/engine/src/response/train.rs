@@ -113,6 +113,7 @@ impl Training<'_> {
         let mut last = f64::INFINITY;
         for _ in 0..FITS {
             let fit = self.fit(&heard, before.as_ref())?;
+            capped(&fit.stop)?;
             if let Some(before) = &before {
                 last = self.distance(&fit, &before.parameters);
             }
@@ -134,9 +135,12 @@ impl Training<'_> {
     /// about every point of its path. With the fields of the last fit alone it may run far beyond.
     fn projected(&self, heard: &Heard) -> Result<Fit, EngineError> {
         let rough = self.fit(heard, None)?;
+        capped(&rough.stop)?;
         let mut start = self.parameters.centre();
         start.extend(&rough.working[start.len()..]);
-        let end = minimise(&AboutItself(self), &start, &MapOptions::default().search)?.z;
+        let found = minimise(&AboutItself(self), &start, &MapOptions::default().search)?;
+        capped(&found.stop)?;
+        let end = found.z;
         let answers = self.answered(&self.parameters.physical(&end[..self.parameters.len()]))?;
         let heard = Heard::about_data(self.measured, self.errors, answers)?;
         self.fit(&heard, Some(&Fit { working: end, ..rough }))
@@ -289,10 +293,22 @@ impl Objective for AboutItself<'_, '_> {
 
 /// Refuses a search that ended where there is still something to gain: its evidence is no number to rank by.
 fn ended(stop: &Stop, laplace: &Laplace) -> Result<(), EngineError> {
-    if left_to_gain(stop, laplace.decrement) {
+    ended_by(stop, laplace.decrement)
+}
+
+fn ended_by(stop: &Stop, decrement: f64) -> Result<(), EngineError> {
+    if left_to_gain(stop, decrement) {
         return Err(EngineError::Unsettled { what: format!("the search stopped early: {stop}") });
     }
     Ok(())
+}
+
+/// Refuses a search whose evaluations were used up before its end: one that begins there goes no further.
+fn capped(stop: &Stop) -> Result<(), EngineError> {
+    match stop {
+        Stop::EvaluationCap { .. } => ended_by(stop, f64::NAN),
+        _ => Ok(()),
+    }
 }
 
 /// Whether a search left nats to gain; `decrement` is half of g' H^-1 g at its end.

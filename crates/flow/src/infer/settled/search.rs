@@ -65,8 +65,14 @@ pub(super) fn search(runs: &[Settled<'_>], noise: &[Cholesky]) -> Result<Found, 
         let one = |((run, trial), noise): ((usize, &Vec<Predicted>), &Cholesky)| {
             Slopes::new(&runs[run], &at.scores.of(run), trial, &at.white[run], noise)
         };
-        let slopes: Vec<Slopes> =
-            at.states.par_iter().enumerate().zip(noise).map(one).in_order::<Result<_, _>>()?;
+        let slopes: Vec<Slopes> = at
+            .states
+            .par_iter()
+            .enumerate()
+            .zip(noise)
+            .map(one)
+            .in_order::<Result<_, _>>()
+            .map_err(pulled)?;
         if linearisations == 0 {
             near_the_prior(runs, &at, &slopes)?;
         }
@@ -208,6 +214,14 @@ impl Slopes {
     }
 }
 
+/// The search moves closures: one that is out of its range is none that a user gave.
+fn pulled(error: FlowError) -> FlowError {
+    match error {
+        FlowError::Closure { name, value, need } => FlowError::Pulled { name, value, need },
+        other => other,
+    }
+}
+
 /// Refuses a run most of whose readings lie farther from the model than unknowns near their priors can move
 /// it, before the search tries. A few that are wrong are left to the fit and its warnings.
 fn near_the_prior(runs: &[Settled<'_>], at: &Trial, slopes: &[Slopes]) -> Result<(), FlowError> {
@@ -253,3 +267,18 @@ const WORTH: f64 = 0.05;
 const HELD: f64 = 1e10;
 /// Standard deviations by which half of the readings may miss the model.
 const FAR: f64 = 5.0;
+
+#[cfg(test)]
+mod tests {
+    use super::pulled;
+    use crate::error::FlowError;
+
+    #[test]
+    fn message_a_closure_that_the_search_moved_is_no_key_of_the_user() {
+        let said =
+            pulled(FlowError::Closure { name: "emissivity", value: 1.5, need: "at most 1" }).to_string();
+        assert!(said.starts_with("the readings pull the closure emissivity to 1.500000"), "{said}");
+        let other = FlowError::Power { watts: -1.0 };
+        assert_eq!(pulled(other.clone()), other);
+    }
+}
