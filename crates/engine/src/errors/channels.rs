@@ -142,7 +142,8 @@ impl Forward for Heard<'_> {
         if order >= Order::First {
             heard.jacobian = Matrix::zeros(rows, p);
         }
-        if order == Order::Second && !bent.is_empty() {
+        // A model without parameters of its own has no second derivatives to give.
+        if order == Order::Second && (self.own == 0 || !bent.is_empty()) {
             heard.curvature = vec![0.0; rows * triangle];
         }
         // s itself is heard as it is.

@@ -281,8 +281,10 @@ impl Forward for Carried<'_> {
             jacobian
         };
         let (inner_triangle, triangle) = (self.own * (self.own + 1) / 2, p * (p + 1) / 2);
-        let mut bent = vec![0.0; if curvature.is_empty() { 0 } else { values.len() * triangle }];
-        if inner_triangle > 0 && !curvature.is_empty() {
+        // A model without parameters of its own has no second derivatives to give.
+        let bends = order == Order::Second && (self.own == 0 || !curvature.is_empty());
+        let mut bent = vec![0.0; if bends { values.len() * triangle } else { 0 }];
+        if inner_triangle > 0 && bends {
             for (to, from) in bent.chunks_mut(triangle).zip(curvature.chunks(inner_triangle)) {
                 to[..inner_triangle].copy_from_slice(from);
             }
@@ -365,6 +367,31 @@ mod tests {
             }
         }
         assert!(covariance[(3, 3)] < 0.9, "the data say something of the errors: {values:?} {covariance:?}");
+    }
+
+    /// No parameters.
+    struct Known;
+
+    impl Forward for Known {
+        fn predict(&self, _: &[f64], _: Order) -> Result<Prediction, ForwardError> {
+            let jacobian = Matrix::from_fn(6, 0, |_, _| 0.0);
+            Ok(Prediction { values: vec![0.1; 6], jacobian, curvature: Vec::new() })
+        }
+    }
+
+    #[test]
+    fn oracle_errors_of_a_model_without_parameters_against_their_covariance() {
+        let common = common();
+        let carried = Carried { inner: &Known, own: 0, slopes: common.slopes() };
+        let (evidence, ..) = posterior_of(&carried, common.parameters(), None);
+        let shared = common.slopes.product(&common.slopes.transpose());
+        let covariance = shared.plus(0.04, &Matrix::identity(6));
+        let factor = rijke_numerics::Cholesky::new(&covariance).unwrap();
+        let left: Vec<f64> = [0.9, -0.2, 1.3, 0.1, 0.7, 0.4].iter().map(|y| y - 0.1).collect();
+        let white = factor.whiten(&left);
+        let ln_two_pi = 6.0 * (2.0 * std::f64::consts::PI).ln();
+        let exact = -0.5 * (white.iter().map(|w| w * w).sum::<f64>() + factor.ln_det() + ln_two_pi);
+        assert!((evidence - exact).abs() < 1e-9, "{evidence} {exact}");
     }
 
     #[test]
