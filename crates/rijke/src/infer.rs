@@ -4,7 +4,7 @@
 use crate::ui::Ui;
 use rijke_engine::folder::{InferredNetwork, infer_networks};
 use rijke_engine::run::Trusted;
-use rijke_numerics::words::quantity;
+use rijke_engine::told::not_identified;
 use rijke_numerics::{Failed, StagedFolder, write_output};
 use serde_json::json;
 use std::{f64::consts::TAU, path::PathBuf};
@@ -73,7 +73,8 @@ fn print(ui: &Ui, found: &[InferredNetwork]) {
     for f in found {
         ui.say(format!("{}:", f.file.display()));
         for p in &f.model().parameters {
-            ui.say(format!("  {} = {}", p.name, quantity(p.value, p.sd, &p.unit)));
+            ui.say(format!("  {}", p.words()));
+            not_identified(p, f.stage.missed.is_some(), ui);
         }
         let [growth, frequency, _] = f.model().misfit;
         ui.say(format!("  model error: {growth:.3} 1/s, {:.3} Hz", frequency / TAU));

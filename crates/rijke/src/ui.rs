@@ -7,9 +7,13 @@ use rijke_numerics::{Blame, Classify, Failed, Tell};
 use serde::Serialize;
 use serde_json::json;
 use std::{
-    io::{self, Write},
+    io::{self, IsTerminal, Write},
     process::ExitCode,
-    sync::Mutex,
+    sync::{
+        Mutex,
+        mpsc::{RecvTimeoutError, Sender, channel},
+    },
+    thread::{JoinHandle, spawn},
     time::Duration,
 };
 
@@ -27,7 +31,8 @@ pub(crate) struct Output {
     json: bool,
 }
 
-/// The way to the user. Progress bars appear on a terminal only, and never with `--quiet`.
+/// The way to the user. Progress bars appear on a terminal, else lines now and then; neither with
+/// `--quiet`.
 pub(crate) struct Ui {
     quiet: bool,
     json: bool,
@@ -157,23 +162,57 @@ impl Tell for Ui {
         }
         // A step may last for minutes: the time goes on meanwhile.
         bar.enable_steady_tick(TICK);
-        let bar = Progress(bar);
+        let told = !self.quiet && !self.json && !io::stderr().is_terminal();
+        let lines = told.then(|| Lines::of(bar.clone(), what));
+        let bar = Progress { bar, _lines: lines };
         Box::new(move |steps| bar.advance(steps))
     }
 }
 
 /// A progress bar, which vanishes when it is dropped.
-struct Progress(ProgressBar);
+struct Progress {
+    bar: ProgressBar,
+    _lines: Option<Lines>,
+}
 
 impl Progress {
     /// `steps` more are done.
     fn advance(&self, steps: u64) {
-        self.0.inc(steps);
+        self.bar.inc(steps);
     }
 }
 
 impl Drop for Progress {
     fn drop(&mut self) {
-        self.0.finish_and_clear();
+        self.bar.finish_and_clear();
+    }
+}
+
+/// Time from line to line where a bar cannot be drawn.
+const LINES: Duration = Duration::from_secs(30);
+
+/// How far the work is, now and then in a line, where errors go into a file. Ends when it is dropped.
+struct Lines(Option<Sender<()>>, Option<JoinHandle<()>>);
+
+impl Lines {
+    fn of(bar: ProgressBar, what: &'static str) -> Self {
+        let (end, ended) = channel();
+        let told = move || {
+            while let Err(RecvTimeoutError::Timeout) = ended.recv_timeout(LINES) {
+                let (done, all) = (bar.position(), bar.length().unwrap_or(0));
+                // Nobody may be left to read it.
+                let _ =
+                    writeln!(io::stderr(), "{what}: {done} of {all}, {} s so far", bar.elapsed().as_secs());
+            }
+        };
+        Self(Some(end), Some(spawn(told)))
+    }
+}
+
+impl Drop for Lines {
+    fn drop(&mut self) {
+        drop(self.0.take());
+        // What it has printed is printed.
+        let _ = self.1.take().map(JoinHandle::join);
     }
 }

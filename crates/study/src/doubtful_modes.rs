@@ -1,4 +1,4 @@
-//! Rows of modes that are most often slips: growth rates of zero, and copies.
+//! Rows of modes that are most often slips: growth rates of zero or with the other sign, and copies.
 
 use crate::{Campaign, ObservedModes};
 use rijke_numerics::words::few;
@@ -6,6 +6,8 @@ use std::collections::HashMap;
 
 /// Most points that are named.
 const NAMED: usize = 5;
+/// So many modes that all grow are no campaign.
+const MANY: usize = 4;
 
 impl ObservedModes {
     /// Modes whose growth rate is exactly zero, in a sentence: what keeps its amplitude by itself is no mode
@@ -19,6 +21,20 @@ impl ObservedModes {
                 "the growth rate is exactly 0 at {}: an oscillation that keeps its amplitude by itself is that of a mode which grows while it is small; \
                  leave the cell empty where neither decay nor growth was measured",
                 few(&points, NAMED)
+            )
+        })
+    }
+
+    /// That no growth rate is negative, in a sentence: only modes that decay ring down, and most often the
+    /// column holds another number of the decay.
+    #[must_use]
+    pub fn none_decays(&self) -> Option<String> {
+        let rates: Vec<f64> = self.modes.iter().filter_map(|m| m.growth_rate).collect();
+        (rates.len() >= MANY && rates.iter().all(|g| *g > 0.0)).then(|| {
+            format!(
+                "all {} growth rates are positive, so that every mode grows: if the column holds decay rates, widths at half power, quality factors or \
+                 reverberation times, write the growth rates that follow from them, which are negative",
+                rates.len()
             )
         })
     }
@@ -43,11 +59,16 @@ impl ObservedModes {
             earlier.push(k);
         }
         let (first, copy) = *pairs.first()?;
+        // Of two modes of one point the point alone says nothing.
+        let named = |k: usize| match self.modes[k].label.as_str() {
+            label if point(first).id == point(copy).id => format!("{} (mode {label})", point(k).id),
+            _ => point(k).id.clone(),
+        };
         Some(format!(
             "{} has the same numbers as {} to the last digit{}: if a row was copied, take the copy out, because each counts as a measurement of its \
              own",
-            point(copy).id,
-            point(first).id,
+            named(copy),
+            named(first),
             if pairs.len() > 1 { format!(" ({} rows are such copies)", pairs.len()) } else { String::new() }
         ))
     }

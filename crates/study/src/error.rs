@@ -50,8 +50,8 @@ pub enum StudyProblem {
     },
     /// A formula whose units do not agree.
     #[error(
-        "`{key}` at {place}: {fault}; correct the formula, or the unit of a parameter. A plain number that multiplies has no unit: one that should have, as a \
-         time, is better a number of a part, numbers = {{ lag = \"1 ms\" }}"
+        "`{key}` at {place}: {fault}; correct the formula, the unit of a parameter, or a number in rig.toml that was written without its unit. A plain \
+         number that multiplies has no unit: one that should have, as a time, is better a number of a part, numbers = {{ lag = \"1 ms\" }}"
     )]
     UnitOfLaw {
         /// The coefficient or key.

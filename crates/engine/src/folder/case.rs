@@ -2,7 +2,7 @@
 //! an operating point by the model that was ranked, or inputs of OSCILOS_lite.
 
 use super::results::{kept, no_stage};
-use super::study::{observations, of_modes, of_the_engine, open_study};
+use super::study::{doubts_of, observations, of_modes, of_the_engine, open_study};
 use crate::run::modes_at;
 use crate::{SavedModel, Spectrum};
 use rijke_network::file::{
@@ -205,7 +205,7 @@ impl ModeCase {
             )
         });
         let title = Some(format!("{} at {id}, by {by}", study.plan.name));
-        let (warnings, chain) = (study.rig.doubts.clone(), Chain::Point(Box::new(spectrum)));
+        let (warnings, chain) = (doubts_of(&study), Chain::Point(Box::new(spectrum)));
         let remedy = "Change the region with [search] of rig.toml, --min-hz or --max-hz.";
         Ok(Self { title, warnings, note, devices, ..Self::new(dir, region, chain, remedy) })
     }

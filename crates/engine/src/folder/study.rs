@@ -69,11 +69,15 @@ pub(crate) fn warn_of(study: &Study, observations: &ObservedModes, tell: &dyn Te
 }
 
 /// Warns of rows that were copied, of modes that seem to be those of another label, and of growth rates of
-/// zero.
+/// zero, or of which none is negative.
 pub fn warn_of_copies(study: &Study, observations: &ObservedModes, tell: &dyn Tell) {
     let (campaign, place) = (&study.campaign, study.folder.join("observations"));
-    let said =
-        [observations.copied(campaign), observations.other_labels(campaign), observations.steady(campaign)];
+    let said = [
+        observations.copied(campaign),
+        observations.other_labels(campaign),
+        observations.steady(campaign),
+        observations.none_decays(),
+    ];
     for said in said.into_iter().flatten() {
         tell.note(format!("warning: {}: {said}", place.display()));
     }

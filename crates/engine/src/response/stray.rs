@@ -1,4 +1,5 @@
-//! Responses, and single frequencies of them, that lie far from a model which fits the others.
+//! Responses, and single frequencies of them or two beside each other, that lie far from a model which fits
+//! the others.
 
 use super::measured::Measured;
 use rijke_numerics::words::few;
@@ -47,12 +48,21 @@ pub(super) fn stray(measured: &[Measured], distances: &[Vec<f64>]) -> Vec<String
     }
     let mut alone: Vec<(f64, String)> = Vec::new();
     for (m, own) in measured.iter().zip(distances) {
-        for k in 0..own.len() {
-            let beside = [k.checked_sub(1), Some(k + 1)].into_iter().flatten().filter_map(|j| own.get(j));
+        let mut found = |k: usize, wide: usize, what: String| {
+            let beside = [k.checked_sub(1), Some(k + wide)].into_iter().flatten().filter_map(|j| own.get(j));
             let beside = beside.fold(0.0, |a: f64, d| a.max(*d));
-            if own[k] > FREQUENCY * usual && own[k] > ALONE * beside {
-                alone.push((own[k], format!("{:.1} Hz of {}", m.frequency_hz[k], m.label)));
+            let least = own[k..k + wide].iter().fold(f64::INFINITY, |a, d| a.min(*d));
+            if least > FREQUENCY * usual && least > ALONE * beside {
+                alone.push((least, what));
             }
+        };
+        let hertz = |k: usize| m.frequency_hz[k];
+        for k in 0..own.len() {
+            found(k, 1, format!("{:.1} Hz of {}", hertz(k), m.label));
+        }
+        // Two rows that were exchanged are most often neighbours.
+        for k in 1..own.len() {
+            found(k - 1, 2, format!("{:.1} and {:.1} Hz of {}", hertz(k - 1), hertz(k), m.label));
         }
     }
     alone.sort_by(|a, b| b.0.total_cmp(&a.0));
@@ -105,5 +115,11 @@ mod tests {
         // A resonance that the model has at another frequency spreads.
         (one[2][3], one[2][5]) = (25.0, 20.0);
         assert!(stray(&all, &one).is_empty());
+        one[2][3] = 0.8;
+        let said = stray(&all, &one);
+        assert!(
+            said.len() == 1 && said[0].starts_with("140.0 and 150.0 Hz of c: 17 times as far"),
+            "{said:?}"
+        );
     }
 }

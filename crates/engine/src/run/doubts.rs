@@ -54,7 +54,7 @@ pub(super) fn doubts(
         if k == 0 && there.len() > 1 && there.iter().all(opposite) {
             all.push(
                 "all measured growth rates are positive and all predicted ones negative: the growth rate of a mode that decays is negative; \
-                 if the column holds decay rates, turn their signs"
+                 write growth rates, if the column holds decay rates or another number of the decay"
                     .to_owned(),
             );
         }
@@ -339,7 +339,7 @@ mod tests {
             })
             .collect();
         let said = doubts(&decays, &right[1..], [5.0, 0.1, 0.02], [false; 2]);
-        assert!(said.len() == 1 && said[0].contains("turn their signs"), "{said:?}");
+        assert!(said.len() == 1 && said[0].contains("another number of the decay"), "{said:?}");
         let said = doubts(&points, &right, [0.1, 0.1, 0.12], [true; 2]);
         assert!(said.len() == 1 && said[0].contains("order, places and gains"), "{said:?}");
     }

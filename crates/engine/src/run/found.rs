@@ -144,6 +144,10 @@ pub struct ExactLengths {
     /// The lengths whose smallest errors reverse it, the smallest first; empty where none below a twentieth
     /// of the rig does.
     pub smallest: Vec<LengthError>,
+    /// The lengths whose smallest errors move a parameter of the model that leads by one of its standard
+    /// deviations, the smallest first.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub moving: Vec<MovingLength>,
 }
 
 /// The error of a length.
@@ -155,11 +159,22 @@ pub struct LengthError {
     pub by: f64,
 }
 
+/// The error of a length that moves a parameter by one of its standard deviations.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MovingLength {
+    /// Which length.
+    pub what: String,
+    /// By how much it would have to be longer than stated, m.
+    pub by: f64,
+    /// Which parameter becomes larger.
+    pub parameter: String,
+}
+
 impl ExactLengths {
     /// A sentence without its stop.
     #[must_use]
     pub fn words(&self) -> String {
-        let Self { models: [leader, next], lead, smallest } = self;
+        let Self { models: [leader, next], lead, smallest, moving } = self;
         // Found by slopes: further digits would promise what training again does not keep.
         let error = |e: &LengthError| {
             let mm = 1e3 * e.by;
@@ -170,8 +185,21 @@ impl ExactLengths {
             [] => "no error of one of them below a twentieth of the rig".to_owned(),
             some => some.iter().map(error).collect::<Vec<_>>().join(", or "),
         };
-        format!(
+        let said = format!(
             "lengths are taken as exact: {by} would reverse the lead of {leader} over {next}, {lead:.1} nats, by slopes at the fit: train again with that length to be sure"
-        )
+        );
+        let moves = |m: &MovingLength| {
+            // A hundredth of a millimetre is the finest that anybody measures a duct by.
+            let mm = 1e3 * m.by;
+            let digits = if mm.abs() < 1.0 { 2 } else { 0 };
+            format!("{mm:+.digits$} mm on the {} adds one to {}", m.what, m.parameter)
+        };
+        match &moving[..] {
+            [] => said,
+            some => format!(
+                "{said}; in standard deviations of its parameters, {}",
+                some.iter().map(moves).collect::<Vec<_>>().join(", ")
+            ),
+        }
     }
 }

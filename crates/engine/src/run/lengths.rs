@@ -1,5 +1,5 @@
-//! Lengths that a rig states as plain numbers, taken as exact: by how much one would have to be wrong for the
-//! lead of a stage to turn.
+//! Lengths and diameters that a rig states as plain numbers, taken as exact: by how much one would have to be
+//! wrong for the lead of a stage to turn, or for a parameter of the leader to move by its standard deviation.
 //!
 //! A length that is wrong by d moves the predictions of a model by g d, with g by differences of the model
 //! itself; to first order that is data that read -g d more. Parameters follow and errors of the data count as
@@ -10,7 +10,7 @@
 //! stages that stand alone: they may make an earlier stage choose another model (docs/records/designs.md).
 
 use super::course::{Chosen, Run};
-use super::found::{ExactLengths, LengthError};
+use super::found::{ExactLengths, LengthError, MovingLength};
 use super::inputs::conditions_or_ambient;
 use super::record::ModelRecord;
 use crate::predictor::Predictor;
@@ -20,6 +20,7 @@ use rijke_inference::{Forward, InferenceError, Parameter};
 use rijke_numerics::Order;
 use rijke_study::plan::Stage;
 use rijke_study::{Rig, Shape, Study, Value};
+use std::f64::consts::PI;
 use std::sync::Arc;
 
 /// Step of the differences, m.
@@ -89,21 +90,27 @@ impl Run {
         let one = |k: usize| {
             let (what, less) = [STEP, -STEP].into_iter().find_map(|step| {
                 let mut study = self.study.clone();
-                let (what, value) = lengths(&mut study.rig, alone).swap_remove(k);
-                *value += step;
-                Some((what, change(&study, step).ok()?))
+                let mut exact = lengths(&mut study.rig, alone).swap_remove(k);
+                exact.add(step);
+                Some((exact.what, change(&study, step).ok()?))
             })?;
+            let moving = moving(&what, two[0], &less[0]).filter(|m| m.by.abs() < LARGEST * total);
             let of = |model: usize, by: f64| {
                 let data: Vec<f64> = less[model].iter().map(|g| g * by).collect();
                 two[model].1.trained.linear.0.moved_with_noise(&data)
             };
-            let by = least_root(&|by| lead + of(0, by) - of(1, by), LARGEST * total)?;
-            Some(LengthError { what, by })
+            let by = least_root(&|by| lead + of(0, by) - of(1, by), LARGEST * total);
+            Some((by.map(|by| LengthError { what, by }), moving))
         };
-        let mut smallest: Vec<LengthError> = (0..count).into_par_iter().filter_map(one).collect();
+        let (smallest, moving): (Vec<_>, Vec<_>) =
+            (0..count).into_par_iter().filter_map(one).collect::<Vec<_>>().into_iter().unzip();
+        let mut smallest: Vec<LengthError> = smallest.into_iter().flatten().collect();
         smallest.sort_by(|a, b| a.by.abs().total_cmp(&b.by.abs()));
         smallest.truncate(TOLD);
-        Some(ExactLengths { models: two.map(|(model, _)| model.id.clone()), lead, smallest })
+        let mut moving: Vec<MovingLength> = moving.into_iter().flatten().collect();
+        moving.sort_by(|a, b| a.by.abs().total_cmp(&b.by.abs()));
+        moving.truncate(TOLD);
+        Some(ExactLengths { models: two.map(|(model, _)| model.id.clone()), lead, smallest, moving })
     }
 
     /// What a model with its most probable parameters, moved by `step` times `drift`, predicts of every datum
@@ -148,14 +155,56 @@ impl Run {
     }
 }
 
-/// The lengths and places of a rig that are plain numbers, by name; those of microphones if they are `asked`
-/// about.
-fn lengths(rig: &mut Rig, asked: bool) -> Vec<(String, &mut f64)> {
+/// The parameter of a model that moves most with a length, in its standard deviations, if the data read
+/// `less` more for every metre.
+fn moving(what: &str, (model, chosen): &(ModelRecord, Chosen), less: &[f64]) -> Option<MovingLength> {
+    let trained = &chosen.trained;
+    let steps = trained.linear.0.moved(less).step;
+    let one = |(j, z): (usize, &f64)| {
+        let p = &trained.parameters[j];
+        let sd = model.parameters.iter().find(|known| known.name == p.name)?.sd;
+        Some((z * p.physical(p.working(trained.values[j]))[1] / sd, p.name.clone()))
+    };
+    let all = steps.iter().enumerate().take(trained.own).filter_map(one);
+    let (per_metre, parameter) = all.max_by(|a, b| a.0.abs().total_cmp(&b.0.abs()))?;
+    let by = per_metre.recip();
+    by.is_finite().then(|| MovingLength { what: what.to_owned(), by, parameter })
+}
+
+/// A length that is a plain number, or the diameter whose areas are.
+struct Exact<'a> {
+    what: String,
+    numbers: Vec<&'a mut f64>,
+    is_diameter: bool,
+}
+
+impl Exact<'_> {
+    /// Makes it longer by `step`, m.
+    fn add(&mut self, step: f64) {
+        for number in &mut self.numbers {
+            **number = match self.is_diameter {
+                true => 0.25 * PI * ((**number * 4.0 / PI).sqrt() + step).powi(2),
+                false => **number + step,
+            };
+        }
+    }
+}
+
+/// The lengths, diameters and places of a rig that are plain numbers, by name; those of microphones if they
+/// are `asked` about.
+fn lengths(rig: &mut Rig, asked: bool) -> Vec<Exact<'_>> {
     let mut all = Vec::new();
+    let mut numbers: Vec<Exact<'_>> = Vec::new();
     for part in &mut rig.parts {
         let name = &part.name;
         let named: Vec<(String, &mut Value)> = match &mut part.shape {
-            Shape::Duct(duct) => vec![(format!("length of `{name}`"), &mut duct.length)],
+            Shape::Duct(duct) => {
+                if let [Value::Number(one), Value::Number(other)] = &mut duct.area {
+                    let what = format!("diameter of `{name}`");
+                    numbers.push(Exact { what, numbers: vec![one, other], is_diameter: true });
+                }
+                vec![(format!("length of `{name}`"), &mut duct.length)]
+            }
             Shape::Device(at) => at.iter_mut().map(|at| (format!("place of `{name}`"), at)).collect(),
             Shape::Insert(from, to) => {
                 vec![(format!("beginning of `{name}`"), from), (format!("end of `{name}`"), to)]
@@ -165,10 +214,9 @@ fn lengths(rig: &mut Rig, asked: bool) -> Vec<(String, &mut f64)> {
     }
     let microphones = rig.microphones.names.iter().zip(&mut rig.microphones.at).filter(|_| asked);
     all.extend(microphones.map(|(name, at)| (format!("place of microphone `{name}`"), at)));
-    let mut numbers = Vec::new();
     for (what, value) in all {
         if let Value::Number(x) = value {
-            numbers.push((what, x));
+            numbers.push(Exact { what, numbers: vec![x], is_diameter: false });
         }
     }
     numbers

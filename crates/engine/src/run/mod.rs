@@ -65,7 +65,9 @@ pub use claims::{Judgement, agreement, models, verdicts};
 pub use course::{Chosen, Run, Trusted};
 pub use elsewhere::{AskedPoint, nearest, over_map, with_points};
 pub use foresight::{Foreseen, StageForesight, foresight};
-pub use found::{Asked, Checks, ExactLengths, Family, LengthError, Missing, PointCheck, SumCheck};
+pub use found::{
+    Asked, Checks, ExactLengths, Family, LengthError, Missing, MovingLength, PointCheck, SumCheck,
+};
 pub use frame::{Frame, FrameColumn, FrameRow, ShownUnit};
 pub(crate) use inputs::{conditions_at, conditions_of};
 pub use next::{

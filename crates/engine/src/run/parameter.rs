@@ -3,7 +3,7 @@
 use crate::Trained;
 use rijke_inference::Prior;
 use rijke_numerics::Matrix;
-use rijke_numerics::words::fixed;
+use rijke_numerics::words::{fixed, quantity, with_sd};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 
@@ -77,11 +77,22 @@ impl TrainedParameter {
         for (i, p) in all.iter_mut().enumerate() {
             let others = (0..names.len()).filter(|j| *j != i).map(|j| with(i, j));
             let most = others.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
-            p.tied = most.filter(|(_, r)| (TIED..=1.0).contains(&r.abs()));
+            // Rounding may put a correlation of one beyond it.
+            p.tied = most.map(|(other, r)| (other, r.clamp(-1.0, 1.0))).filter(|(_, r)| r.abs() >= TIED);
         }
     }
 
-    /// The same in words, to follow its value; nothing where there is none.
+    /// Its value with standard deviation, the parameter to which it is tied, and its average over models.
+    #[must_use]
+    pub fn words(&self) -> String {
+        let averaged = self.averaged.map_or(String::new(), |[value, sd]| {
+            format!("; {} averaged over what earlier stages leave open", with_sd(value, sd))
+        });
+        let value = quantity(self.value, self.sd, &self.unit);
+        format!("{} = {value}{}{averaged}", self.name, self.tied_words())
+    }
+
+    /// The correlation in words, to follow its value; nothing where there is none.
     #[must_use]
     pub fn tied_words(&self) -> String {
         let Some((other, r)) = &self.tied else { return String::new() };

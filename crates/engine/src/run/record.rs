@@ -29,6 +29,9 @@ pub struct StageRecord {
     /// if it is right.
     #[serde(default)]
     pub assumes: Vec<String>,
+    /// Whether one fit stands behind each evidence (`--one-start`): nothing was searched or checked.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub one_start: bool,
     /// By how much the model that goes on misses what was measured, in a sentence without its stop, if that
     /// is many errors and much.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -46,6 +49,12 @@ pub struct StageRecord {
     /// That model point by point.
     #[serde(default)]
     pub checks: Option<Checks>,
+}
+
+impl StageRecord {
+    /// What a reader of evidences of one start should know.
+    pub const ONE_START: &str = "one fit stands behind each evidence, because the stage was ranked with --one-start: other maxima were not looked for, and \
+                                 the evidence was not checked";
 }
 
 /// What was measured of one mode at one point.

@@ -29,7 +29,7 @@ struct Reading {
     read: fn(f64, f64) -> [f64; 2],
 }
 
-const READINGS: [Reading; 6] = [
+const READINGS: [Reading; 8] = [
     Reading { column: "decay rates", growth_rate: "minus the number", sign: 1.0, read: |x, _| [-x, -1.0] },
     Reading {
         column: "widths at half power in Hz",
@@ -56,6 +56,18 @@ const READINGS: [Reading; 6] = [
         read: |x, _| [-3.0 * LN_10 / x, 3.0 * LN_10 / (x * x)],
     },
     Reading {
+        column: "quality factors",
+        growth_rate: "minus the angular frequency over twice the number",
+        sign: 1.0,
+        read: |x, omega| [-0.5 * omega / x, 0.5 * omega / (x * x)],
+    },
+    Reading {
+        column: "growth rates of the energy",
+        growth_rate: "half of the number",
+        sign: -1.0,
+        read: |x, _| [0.5 * x, 0.5],
+    },
+    Reading {
         column: "growth rates over 2 pi, in Hz",
         growth_rate: "2 pi times the number",
         sign: -1.0,
@@ -64,12 +76,12 @@ const READINGS: [Reading; 6] = [
 ];
 
 impl Reading {
-    /// True if all growth rates have its sign; where that is the usual one, if also a model misses them by
-    /// half of their size.
+    /// True if all growth rates have its sign; where that is the usual one, if also a model misses them by a
+    /// fourth of their size.
     fn may_be(&self, observed: &[Observed], misfit: f64) -> bool {
         let mut rates = observed.iter().filter_map(|o| o.mode.growth_rate);
         let size = rms(rates.clone());
-        rates.all(|g| self.sign * g > 0.0) && (self.sign > 0.0 || misfit > 0.5 * size)
+        rates.all(|g| self.sign * g > 0.0) && (self.sign > 0.0 || misfit > 0.25 * size)
     }
 
     /// Growth rate by this reading, and its derivative by the number in the column.

@@ -2,7 +2,7 @@
 
 use super::ahead::open_beside;
 use super::compete::{best_of, goes_on, with_later};
-use super::course::{Beside, Done, Run};
+use super::course::{Beside, Done, Run, Trusted};
 use super::far::FarOff;
 use super::inputs::selected;
 use super::record::{CarriedOn, MeasuredRecord, ModelRecord, StageRecord};
@@ -105,6 +105,7 @@ impl Run {
             chosen,
             decides: stage.decides,
             assumes,
+            one_start: self.trusted == Trusted::Laplace,
             missed,
             carried,
             missing,

@@ -9,7 +9,7 @@ pub fn reasons(remark: &Option<String>) -> impl Iterator<Item = &str> {
 }
 
 /// Says of a parameter that the data tell next to nothing of it, `missed` if the model misses them by far.
-pub(super) fn not_identified(p: &TrainedParameter, missed: bool, tell: &dyn Tell) {
+pub fn not_identified(p: &TrainedParameter, missed: bool, tell: &dyn Tell) {
     if p.is_as_before() {
         tell.say(match missed {
             true => format!("          beside so large a misfit these data tell nothing of {}: it is as its prior, which may be what is wrong", p.name),

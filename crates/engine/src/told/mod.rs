@@ -7,7 +7,7 @@ mod responses;
 mod search;
 mod stage;
 
-pub use doubts::{reasons, warn_of_prior};
+pub use doubts::{not_identified, reasons, warn_of_prior};
 pub use foresight::tell_foresight;
 pub use responses::tell_responses;
 pub use stage::{tell_heat, tell_stage};

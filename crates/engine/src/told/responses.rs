@@ -3,7 +3,7 @@
 use super::doubts::{reasons, warn_of_prior};
 use crate::response::{IN_PROPORTION, NOISE, ResponseStageRecord};
 use rijke_numerics::Tell;
-use rijke_numerics::words::{counted, fixed, quantity, to_digits};
+use rijke_numerics::words::{counted, fixed, to_digits};
 
 /// The models of a stage, best first.
 pub fn tell_responses(stage: &ResponseStageRecord, tell: &dyn Tell) {
@@ -43,8 +43,7 @@ pub fn tell_responses(stage: &ResponseStageRecord, tell: &dyn Tell) {
         let (own, errors, channels) = model.by_kind();
         let told = errors.iter().filter(|p| !p.is_as_before());
         for p in own.iter().chain(told).chain(channels) {
-            let value = quantity(p.value, p.sd, &p.unit);
-            tell.say(format!("      {} = {value}{}", p.name, p.tied_words()));
+            tell.say(format!("      {}", p.words()));
             warn_of_prior(p, tell);
         }
         let untold = errors.iter().filter(|p| p.is_as_before()).count();

@@ -34,6 +34,9 @@ pub fn tell_stage(stage: &StageRecord, tell: &dyn Tell) {
         }
     }
     of_all.iter().for_each(|said| tell.say(format!("      of all these: {said}")));
+    if stage.one_start {
+        tell.say(format!("      of all these: {}", StageRecord::ONE_START));
+    }
     stage.behind_by_a_prior().iter().for_each(|said| tell.note(format!("warning: {said}")));
     if let Some(model) = stage.models.iter().find(|m| m.id == stage.chosen) {
         carried_on(stage, tell);
@@ -77,11 +80,7 @@ pub fn tell_stage(stage: &StageRecord, tell: &dyn Tell) {
             ));
         }
         for p in &model.parameters {
-            let averaged = p.averaged.map_or(String::new(), |[value, sd]| {
-                format!("; {} averaged over what earlier stages leave open", with_sd(value, sd))
-            });
-            let value = quantity(p.value, p.sd, &p.unit);
-            tell.say(format!("      {} = {value}{}{averaged}", p.name, p.tied_words()));
+            tell.say(format!("      {}", p.words()));
             if trained {
                 not_identified(p, stage.missed.is_some(), tell);
             }

@@ -262,6 +262,9 @@ fn section(head: &StudyHead, stage: &StageRecord) -> String {
     } else {
         format!("<p>Trained on {modes} at {points}.</p>\n")
     };
+    if stage.one_start {
+        text += &format!("<p class=\"warn\">Of all models, {}.</p>\n", html(StageRecord::ONE_START));
+    }
     for assumed in &stage.assumes {
         text += &format!("<p class=\"warn\">Stands on what is not decided. {}.</p>\n", html(assumed));
     }

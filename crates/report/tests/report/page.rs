@@ -57,6 +57,7 @@ fn stage() -> StageRecord {
         chosen: "a".into(),
         decides: 3.0,
         assumes: vec!["Cold tube: x is taken, though y is only 0.4 nats behind".into()],
+        one_start: false,
         missed: Some("frequencies are missed by 1.7 %".into()),
         carried: vec![carried("a", Some(-30.0)), carried("b", Some(-31.25)), carried("c", None)],
         missing: Some(missing()),

@@ -5,7 +5,7 @@
 mod print;
 
 use crate::{figure, number, ui::Ui};
-use rijke_engine::folder::ModeCase;
+use rijke_engine::folder::{ModeCase, warn_of_study};
 use rijke_network::ModeCurves;
 use rijke_numerics::{Failed, write_output};
 use rijke_report::ModesFigure;
@@ -72,6 +72,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failed> {
             let id = args.point.as_deref().unwrap_or_default();
             // The file of a study's rig names its folder too.
             let dir = if dir.is_file() { dir.parent().unwrap_or(dir) } else { dir };
+            warn_of_study(dir, ui);
             ModeCase::point(dir, id, args.stage.as_deref(), [args.min_hz, args.max_hz])?
         }
         (None, Some(dir)) if dir.is_dir() => {

@@ -95,8 +95,8 @@ fn oracle_the_error_of_a_length_that_reverses_a_lead_does_so_in_a_fit() {
     let folder = tubes("exact-length", "300 mm");
     let found = run(&folder).lengths.unwrap();
     assert!(found.models == ["gauze.drag", "gauze.mass"] && found.lead > 2.0, "{found:?}");
-    let [error] = &found.smallest[..] else { panic!("{found:?}") };
-    assert_eq!(error.what, "length of `first`");
+    let error =
+        found.smallest.iter().find(|e| e.what == "length of `first`").unwrap_or_else(|| panic!("{found:?}"));
     // The tube is longer by as much: what the campaign calls x counts from there.
     let longer = tubes("exact-length-longer", &format!("{} mm", 300.0 + 1e3 * error.by));
     let evidence = |id: &str| {
@@ -105,4 +105,25 @@ fn oracle_the_error_of_a_length_that_reverses_a_lead_does_so_in_a_fit() {
     };
     let left = evidence("gauze.drag") - evidence("gauze.mass");
     assert!(left.abs() < 0.2 * found.lead, "{left} of {}", found.lead);
+}
+
+#[test]
+fn oracle_the_error_of_a_bore_that_moves_a_parameter_does_so_in_a_fit() {
+    let parameter = |stage: &StageRecord| {
+        let model = stage.models.iter().find(|m| m.id == "gauze.drag").unwrap();
+        let d = model.parameters.iter().find(|p| p.name == "d").unwrap();
+        [d.value, d.sd]
+    };
+    let stated = run(&tubes("exact-bore", "300 mm"));
+    let lengths = stated.lengths.clone().unwrap();
+    let moving = lengths.moving.iter().find(|m| m.what == "diameter of `first`");
+    let moving = moving.unwrap_or_else(|| panic!("{lengths:?}"));
+    assert_eq!(moving.parameter, "d");
+    let wider = tubes("exact-bore-wider", "300 mm");
+    // The first duct alone.
+    let rig = RIG.replacen("50 mm", &format!("{} mm", 50.0 + 1e3 * moving.by), 1);
+    std::fs::write(wider.0.join("rig.toml"), rig).unwrap();
+    let [[before, sd], [after, _]] = [&stated, &run(&wider)].map(parameter);
+    assert!(((after - before) / sd - 1.0).abs() < 0.2, "{before} {after} of {sd}, {moving:?}");
+    assert!(lengths.words().contains("on the diameter of `first` adds one to d"), "{}", lengths.words());
 }
