@@ -31,7 +31,10 @@ impl Study {
             let answers = |first: [[bool; 2]; 2], second: [[bool; 2]; 2]| {
                 (0..2).any(|of| first[CHANGES][of] && second[ANSWERS][of])
             };
-            (element[a] || element[b]) && (answers(laws[a], laws[b]) || answers(laws[b], laws[a]))
+            let one_flame = laws[a] == FLAME && laws[b] == FLAME;
+            (element[a] || element[b])
+                && !one_flame
+                && (answers(laws[a], laws[b]) || answers(laws[b], laws[a]))
         };
         let pairs = parts.clone().flat_map(|b| (0..b).map(move |a| (a, b)));
         let pairs: Vec<(usize, usize)> = pairs.filter(|(a, b)| ordered(*a, *b)).collect();
@@ -70,6 +73,8 @@ impl Study {
 /// Whether a law changes pressure and velocity, and whether it answers to them.
 const CHANGES: usize = 0;
 const ANSWERS: usize = 1;
+/// What a source of heat does: several at one place are one, which answers to the velocity in front.
+const FLAME: [[bool; 2]; 2] = [[false, true], [false, true]];
 
 fn acts(effect: &Effect) -> [[bool; 2]; 2] {
     let (changes, answers) = match effect.coefficient {

@@ -3,7 +3,8 @@
 //! All that a chain has at one place answers to the state in front of it. That is what a row of devices does
 //! only as long as none of them answers to what one before it changes: resonators take mass and leave the
 //! pressure that the others answer to. A screen behind a resonator answers to the velocity that the resonator
-//! leaves. It gets a place of its own, a few billionths of the length downstream.
+//! leaves. It gets a place of its own, a few billionths of the length downstream. Flames that follow each
+//! other are parts of one flame, and all answer to the velocity in front of it.
 
 use super::layout::{Placed, SAME};
 use super::schema::{Coefficient, Direction, Element, Flame};
@@ -43,21 +44,26 @@ fn apart(row: &mut [Placed], length: f64) {
     let mut changed = Of::default();
     let mut number = 0;
     let mut numbers = Vec::new();
+    let mut behind_a_flame = false;
     for device in row.iter() {
         let Acts { answers_to, changes } = acts(&device.element);
-        let differs = |one: Of, other: Of| one.pressure && other.pressure || one.velocity && other.velocity;
-        if differs(answers_to, changed) {
+        let is_flame = matches!(device.element, Element::Flame(_));
+        let in_common = |one: Of, other: Of| one.pressure && other.pressure || one.velocity && other.velocity;
+        // What follows a flame stands in the gas behind it.
+        let next = if behind_a_flame { !is_flame } else { in_common(answers_to, changed) };
+        behind_a_flame = is_flame;
+        if next {
             (number, changed) = (number + 1, Of::default());
         }
         changed.pressure |= changes.pressure;
         changed.velocity |= changes.velocity;
         numbers.push(number);
     }
-    // A flame stays where the gas gets hot, a screen or a plate where the duct gets wide: what precedes it
-    // stands in the duct before.
+    // A flame stays where the gas gets hot, a plate where the duct gets wide, and what precedes it stands in
+    // the duct before. Without either all are in the gas upstream.
     let flame = row.iter().position(|p| matches!(p.element, Element::Flame(_)));
-    let across = || row.iter().position(|p| acts(&p.element).changes.pressure);
-    let mut stays = numbers[flame.or_else(across).unwrap_or(0)];
+    let plate = || row.iter().position(|p| matches!(p.element, Element::Orifice { .. }));
+    let mut stays = flame.or_else(plate).map_or(number, |k| numbers[k]);
     if x <= SAME * length {
         stays = 0;
     } else if x >= length - SAME * length {

@@ -88,6 +88,11 @@ fn oracle_devices_at_one_place_act_in_the_order_of_the_file() {
         all.push(found);
     }
     assert!(all[0].len() != all[1].len() || (all[0][0] - all[1][0]).norm() > 30.0, "{:?}", &all[..2]);
+    // Flames that follow each other are parts of one.
+    let half = FLAME.replace("0.4", "0.2");
+    let [two, one] = [&[&*half, &*half][..], &[FLAME]].map(|row| modes(&tube(row, "")));
+    assert_eq!(two.len(), one.len());
+    assert!(two.iter().zip(&one).all(|(a, b)| (a - b).norm() < 1e-9 * b.norm()), "{two:?} {one:?}");
     // What answers to nothing that the other changes is at one place, to the last digit.
     let two = [RESONATOR, RESONATOR];
     let network = read(&tube(&two, "")).unwrap().network;

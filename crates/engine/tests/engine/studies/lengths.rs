@@ -108,22 +108,34 @@ fn oracle_the_error_of_a_length_that_reverses_a_lead_does_so_in_a_fit() {
 }
 
 #[test]
-fn oracle_the_error_of_a_bore_that_moves_a_parameter_does_so_in_a_fit() {
-    let parameter = |stage: &StageRecord| {
+fn oracle_the_error_of_a_bore_that_reverses_a_lead_does_so_in_a_fit() {
+    let stated = run(&tubes("exact-bore", "300 mm"));
+    let found = stated.lengths.clone().unwrap();
+    let error = found.smallest.iter().find(|e| e.what == "diameter of `first`");
+    let error = error.unwrap_or_else(|| panic!("{found:?}"));
+    let wider = tubes("exact-bore-wider", "300 mm");
+    // The first duct alone.
+    let rig = RIG.replacen("50 mm", &format!("{} mm", 50.0 + 1e3 * error.by), 1);
+    std::fs::write(wider.0.join("rig.toml"), rig).unwrap();
+    let stage = run(&wider);
+    let evidence = |id: &str| stage.models.iter().find(|m| m.id == id).unwrap().ln_evidence();
+    let left = evidence("gauze.drag") - evidence("gauze.mass");
+    assert!(left.abs() < 0.2 * found.lead, "{left} of {}", found.lead);
+}
+
+#[test]
+fn oracle_the_error_of_a_length_that_moves_a_parameter_does_so_in_a_fit() {
+    let stated = run(&tubes("exact-moving", "300 mm"));
+    let found = stated.lengths.clone().unwrap();
+    let [moving] = &found.moving[..] else { panic!("{found:?}") };
+    assert!(moving.what == "length of `first`" && moving.parameter == "d", "{found:?}");
+    // A tenth of it: a step of 24 mm would bend.
+    let longer = run(&tubes("exact-moving-longer", &format!("{} mm", 300.0 + 100.0 * moving.by)));
+    let [[before, sd], [after, _]] = [&stated, &longer].map(|stage: &StageRecord| {
         let model = stage.models.iter().find(|m| m.id == "gauze.drag").unwrap();
         let d = model.parameters.iter().find(|p| p.name == "d").unwrap();
         [d.value, d.sd]
-    };
-    let stated = run(&tubes("exact-bore", "300 mm"));
-    let lengths = stated.lengths.clone().unwrap();
-    let moving = lengths.moving.iter().find(|m| m.what == "diameter of `first`");
-    let moving = moving.unwrap_or_else(|| panic!("{lengths:?}"));
-    assert_eq!(moving.parameter, "d");
-    let wider = tubes("exact-bore-wider", "300 mm");
-    // The first duct alone.
-    let rig = RIG.replacen("50 mm", &format!("{} mm", 50.0 + 1e3 * moving.by), 1);
-    std::fs::write(wider.0.join("rig.toml"), rig).unwrap();
-    let [[before, sd], [after, _]] = [&stated, &run(&wider)].map(parameter);
-    assert!(((after - before) / sd - 1.0).abs() < 0.2, "{before} {after} of {sd}, {moving:?}");
-    assert!(lengths.words().contains("on the diameter of `first` adds one to d"), "{}", lengths.words());
+    });
+    assert!(((after - before) / (0.1 * sd) - 1.0).abs() < 0.2, "{before} {after} of {sd}, {moving:?}");
+    assert!(found.words().contains("mm on the length of `first` adds one to d"), "{}", found.words());
 }
