@@ -33,6 +33,8 @@ pub(super) struct PingOfRecord {
     /// When a part begins in which all channels hold one number to the end of the record, which is cut off,
     /// s.
     pub(super) padded_from_s: Option<f64>,
+    /// White noise that its fit leaves, the first of it, row by row.
+    pub(super) noise: Vec<f32>,
     /// The microphones that tell of it.
     pub(super) live: Vec<usize>,
     /// Those that recorded it and were left out, and why.
@@ -43,6 +45,8 @@ pub(super) struct PingOfRecord {
 pub(super) enum Fitted {
     /// And the frequency of mains that it hums with beside the stated one, Hz.
     Ping(Result<PingOfRecord, Fault>, Option<f64>),
+    /// A ping that is a copy of another one.
+    Copy(Rejection),
     /// Arrival times and the channels of opposite polarity; none without a calibration.
     Click(Result<Option<(Click, Vec<usize>)>, Fault>),
 }

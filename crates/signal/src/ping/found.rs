@@ -32,6 +32,9 @@ pub struct PingFit {
     pub mains: (Vec<u32>, f64),
     /// Variance of the residuals over that of the quiet part: 1 if the model holds.
     pub residual_variance: f64,
+    /// Residuals, white and of unit variance if the model holds, row by row: the first thousand or so. Copies
+    /// of a record have the same.
+    pub noise: Vec<f32>,
     /// How the frequency of the mode drifts during the decay. If that is significant, `ping` and `modes` hold
     /// the frequency at the end of the forcing, with the error that the drift leaves; otherwise the frequency
     /// is that of about one decay time later.

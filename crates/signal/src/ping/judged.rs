@@ -23,6 +23,9 @@ const READINGS: f64 = 2.0;
 /// A tone that loses less of its amplitude while it is fitted is no decay: one that goes on fits as well.
 const LEAST_FALL: f64 = 0.05;
 
+/// Samples of the residuals that are kept.
+const NOISE: usize = 1024;
+
 /// The maximum-likelihood fit together with what it was made from.
 pub(super) struct Fitted {
     pub(super) whitener: Whitener,
@@ -189,6 +192,7 @@ impl Fitted {
             signal_to_noise,
             mains: (self.harmonics, mains.unwrap_or(options.mains_hz)),
             residual_variance: variance,
+            noise: self.left.iter().take(NOISE).map(|v| *v as f32).collect(),
         })
     }
 }
