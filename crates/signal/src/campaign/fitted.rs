@@ -1,7 +1,7 @@
 //! What became of one record.
 
 use crate::Fault;
-use crate::ping::{Drift, Excess};
+use crate::ping::{Drift, Excesses};
 use rijke_numerics::words::counted;
 use rijke_rig::{Click, Ping, RecordItem, Rejection};
 
@@ -27,7 +27,7 @@ pub(super) struct PingOfRecord {
     pub(super) repeat: usize,
     pub(super) ping: Ping,
     pub(super) drift: Drift,
-    pub(super) excess: Excess,
+    pub(super) excess: Excesses,
     /// How much of the decay was left out because another mode sounds there, s.
     pub(super) skipped_s: f64,
     /// When a part begins in which all channels hold one number to the end of the record, which is cut off,

@@ -10,7 +10,7 @@ use super::path::setting_covariance;
 use super::polarity::{Tie, set_polarity};
 use super::repeated::{combine_clicks, combine_pings};
 use crate::delays::ChannelDelays;
-use crate::ping::{Drift, Excess};
+use crate::ping::{Drift, Excesses};
 use crate::repeats::Repeats;
 use crate::{Channel, Fault};
 use rijke_numerics::Matrix;
@@ -65,7 +65,7 @@ impl Gathered {
     pub(super) fn of<'a>(
         records: &'a PointRecords,
         fits: Vec<Fitted>,
-        ((own_drift, (drift, drift_of_all)), (own_excess, excess)): (&(Drift, Learnt), &(Excess, Excess)),
+        ((own_drift, (drift, drift_of_all)), (own_excess, excess)): (&(Drift, Learnt), &(Excesses, Excesses)),
         called: &[Channel],
         said: &mut Said<'a>,
     ) -> Self {
@@ -103,7 +103,7 @@ impl Gathered {
         let (live, named) = without(&mut pings, &polarities.unknown, live, named);
         let ping_repeats = combine_pings(&mut pings, &records.pings, &named, &mut said.rejections);
         let click_repeats = combine_clicks(&mut clicks, &records.clicks, called, &mut said.rejections);
-        let (drift, drift_of_all, excess_variance) = (*drift, *drift_of_all, excess.variance_if_known());
+        let (drift, drift_of_all, excess_variance) = (*drift, *drift_of_all, excess.variance());
         Self { pings, live, clicks, ping_repeats, click_repeats, drift, drift_of_all, excess_variance }
     }
 

@@ -104,7 +104,7 @@ pub(super) fn in_words(all: &[LeftOut], count: usize) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::ping::{Drift, Excess};
+    use crate::ping::{Drift, Excesses};
     use rijke_numerics::{C64, Matrix};
     use rijke_rig::Ping;
 
@@ -121,7 +121,7 @@ mod tests {
             repeat,
             ping: ping.clone(),
             drift: Drift::default(),
-            excess: Excess::default(),
+            excess: Excesses::default(),
             noise: Vec::new(),
             live: if repeat < without { vec![0, 1] } else { vec![0, 1, 2] },
             left_out: if repeat < without { vec![(2, fault.clone())] } else { Vec::new() },

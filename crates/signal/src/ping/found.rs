@@ -1,7 +1,7 @@
 //! What the fit of a ping has found.
 
 use super::chirp::Drift;
-use super::excess::Excess;
+use super::excess::Excesses;
 use rijke_numerics::C64;
 use rijke_rig::Ping;
 
@@ -41,7 +41,7 @@ pub struct PingFit {
     pub drift: Drift,
     /// How the damping depends on the amplitude. If that is significant, `ping` and `modes` hold the growth
     /// rate at small amplitude, with the error that the excess leaves.
-    pub excess: Excess,
+    pub excess: Excesses,
 }
 
 impl PingFit {
@@ -54,7 +54,7 @@ impl PingFit {
         if !self.drift.is_significant() && self.drift.sd.is_finite() {
             self.drift.remove(&mut ping);
         }
-        if !self.excess.is_significant() && self.excess.sd.is_finite() {
+        if !self.excess.is_significant() && self.excess.is_known() {
             self.excess.remove(&mut ping);
         }
         ping

@@ -2,7 +2,7 @@
 
 use super::alike::Decay;
 use super::chirp::Drift;
-use super::excess::Excess;
+use super::excess::Excesses;
 use super::forcing::Change;
 use super::found::PingFit;
 use super::options::PingOptions;
@@ -49,6 +49,8 @@ pub(super) struct Fitted {
     pub(super) decays_from: Option<usize>,
     pub(super) guess: C64,
     pub(super) solution: Solution,
+    /// The same fit by the other law of an excess of damping, if the first one has an excess.
+    pub(super) other_law: Option<Solution>,
     /// A fit by two close modes that explains more, if there is one.
     pub(super) rival: Option<Solution>,
     /// Whether the forcing may have gone on after what was taken for its end.
@@ -140,9 +142,10 @@ impl Fitted {
         let mut ping =
             relative(s, &amplitudes, options.reference, &unwhiten, &log_slopes, &covariance, variance);
         let drift = Drift::of(&self.solution, left, step).with_variance(&self.solution, variance);
-        let excess = Excess::of(&self.solution, left, step).with_variance(&self.solution, variance);
+        let excess = Excesses::of(&self.solution, self.other_law.as_ref(), left, step);
+        let excess = excess.with_variance(&self.solution, variance);
         if self.solution.components[0].excess.is_some() {
-            excess.put_back(&mut ping);
+            excess.of_law(self.solution.components[0].law).put_back(&mut ping);
         }
         if self.solution.components[0].chirp.is_some() {
             drift.put_back(&mut ping);
