@@ -11,6 +11,8 @@ use rijke_rig::{ModeRows, Ping};
 /// deviations.
 const AGREE: f64 = 0.02;
 const AGREE_SDS: f64 = 6.0;
+/// Two pressures whose exchange would be seen differ by this, relative to the larger one.
+const DIFFER: f64 = 0.1;
 
 /// Two channels that were exchanged in some pings of a point, which then all agree.
 pub(super) struct Exchange<'a> {
@@ -28,8 +30,12 @@ impl<'a> Exchange<'a> {
             return None;
         }
         let pairs = (0..count).flat_map(|a| (a + 1..count).map(move |b| [a, b]));
-        pairs.into_iter().find_map(|[a, b]| {
-            let (_, first) = of.pings.first()?;
+        let (_, first) = of.pings.first()?;
+        let differ = |[a, b]: &[usize; 2]| {
+            let apart = (first.pressures[*a] - first.pressures[*b]).norm();
+            apart > DIFFER * first.pressures[*a].norm().max(first.pressures[*b].norm())
+        };
+        pairs.filter(differ).find_map(|[a, b]| {
             let exchanged = |ping: &Ping| {
                 let mut pressures = ping.pressures.clone();
                 pressures.swap(a, b);

@@ -45,7 +45,7 @@ pub(super) struct PingOfRecord {
 pub(super) enum Fitted {
     /// And the frequency of mains that it hums with beside the stated one, Hz.
     Ping(Result<PingOfRecord, Fault>, Option<f64>),
-    /// A ping that is a copy of another one.
+    /// A record that is a copy of another one.
     Copy(Rejection),
     /// Arrival times and the channels of opposite polarity; none without a calibration.
     Click(Result<Option<(Click, Vec<usize>)>, Fault>),
