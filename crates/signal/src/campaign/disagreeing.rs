@@ -1,7 +1,7 @@
 //! Repeats whose pressures disagree by far more than their noise: channels that were exchanged in some of
 //! them, or something that no gain explains alone.
 
-use super::gains::{OfPoint, Scatter};
+use super::gains::{OfPoint, Scatter, gains_in_words, wandering};
 use super::left_out::some_of;
 use crate::Channel;
 use rijke_numerics::C64;
@@ -14,8 +14,26 @@ const AGREE_SDS: f64 = 6.0;
 /// Two pressures whose exchange would be seen differ by this, relative to the larger one.
 const DIFFER: f64 = 0.1;
 
+/// Says in which repeats channels were exchanged, which microphones have a gain that changes between them,
+/// and of which else the pressure does.
+pub(super) fn apart(points: &[OfPoint<'_>]) -> Vec<String> {
+    let (mut exchanges, mut others) = (Vec::new(), Vec::new());
+    for point in points {
+        match Exchange::of(point) {
+            Some(exchange) => exchanges.push(exchange),
+            None => others.push(point),
+        }
+    }
+    let mut said = Exchange::in_words(&mut exchanges);
+    let found = wandering(&others);
+    said.extend(gains_in_words(&found));
+    let found: Vec<(usize, &str)> = found.iter().map(|f| (f.0.number(), f.1)).collect();
+    said.extend(disagreeing(&others, &found));
+    said
+}
+
 /// Two channels that were exchanged in some pings of a point, which then all agree.
-pub(super) struct Exchange<'a> {
+struct Exchange<'a> {
     channels: [&'a Channel; 2],
     point: &'a str,
     /// The records that say the one, and the other; the fewer first.
@@ -24,7 +42,7 @@ pub(super) struct Exchange<'a> {
 
 impl<'a> Exchange<'a> {
     /// The exchange that explains why the pings of a point disagree, if there is one.
-    pub(super) fn of(of: &'a OfPoint<'a>) -> Option<Self> {
+    fn of(of: &'a OfPoint<'a>) -> Option<Self> {
         let count = of.microphones.len();
         if Scatter::of_point(of).iter().all(|s| s.of_largest < AGREE) {
             return None;
@@ -65,7 +83,7 @@ impl<'a> Exchange<'a> {
     }
 
     /// A sentence for every pair of channels.
-    pub(super) fn in_words(all: &mut [Self]) -> Vec<String> {
+    fn in_words(all: &mut [Self]) -> Vec<String> {
         let numbers = |e: &Self| e.channels.map(Channel::number);
         all.sort_by_key(numbers);
         let of = |own: &[Self]| {
@@ -93,7 +111,7 @@ fn error(ping: &Ping) -> f64 {
 }
 
 /// Says of which microphones the pressure differs between repeats, where nothing else was said of it.
-pub(super) fn disagreeing(points: &[&OfPoint<'_>], said: &[(usize, &str)]) -> Vec<String> {
+fn disagreeing(points: &[&OfPoint<'_>], said: &[(usize, &str)]) -> Vec<String> {
     let mut found: Vec<(&Channel, &str, Scatter)> = Vec::new();
     for of in points {
         // Where the reference was named, it explains them all.

@@ -44,7 +44,7 @@ pub(super) struct PingOfRecord {
 #[derive(Clone, Debug)]
 pub(super) enum Fitted {
     /// And the frequency of mains that it hums with beside the stated one, Hz.
-    Ping(Result<PingOfRecord, Fault>, Option<f64>),
+    Ping(Result<Box<PingOfRecord>, Fault>, Option<f64>),
     /// A record that is a copy of another one.
     Copy(Rejection),
     /// Arrival times and the channels of opposite polarity; none without a calibration.

@@ -1,6 +1,5 @@
 //! Gains that change from record to record.
 
-use super::disagreeing::{Exchange, disagreeing};
 use super::left_out::some_of;
 use crate::Channel;
 use crate::repeats::Repeats;
@@ -64,32 +63,15 @@ impl Scatter {
     }
 }
 
-/// Says in which repeats channels were exchanged, which microphones have a gain that changes between them,
-/// and of which else the pressure does.
-pub(super) fn apart(points: &[OfPoint<'_>]) -> Vec<String> {
-    let (mut exchanges, mut others) = (Vec::new(), Vec::new());
-    for point in points {
-        match Exchange::of(point) {
-            Some(exchange) => exchanges.push(exchange),
-            None => others.push(point),
-        }
-    }
-    let mut said = Exchange::in_words(&mut exchanges);
-    let found = wandering(&others);
-    said.extend(gains_in_words(&found));
-    let found: Vec<(usize, &str)> = found.iter().map(|f| (f.0.number(), f.1)).collect();
-    said.extend(disagreeing(&others, &found));
-    said
-}
-
 /// The microphones whose gain changes between repeats, with the point and the relative scatter.
-fn wandering<'a>(points: &[&'a OfPoint<'a>]) -> Vec<(&'a Channel, &'a str, f64)> {
+pub(super) fn wandering<'a>(points: &[&'a OfPoint<'a>]) -> Vec<(&'a Channel, &'a str, f64)> {
     let mut found: Vec<(&Channel, &str, f64)> = points.iter().flat_map(|of| of_point(of)).collect();
     found.sort_by_key(|f| f.0.number());
     found
 }
 
-fn gains_in_words(found: &[(&Channel, &str, f64)]) -> Vec<String> {
+/// A sentence for each of them.
+pub(super) fn gains_in_words(found: &[(&Channel, &str, f64)]) -> Vec<String> {
     let say = |of: &[(&Channel, &str, f64)]| {
         let largest = of.iter().map(|f| f.2).fold(0.0, f64::max);
         let (microphone, points) = (of[0].0, of.iter().map(|f| f.1).collect::<Vec<_>>());

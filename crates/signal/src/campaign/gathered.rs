@@ -205,7 +205,7 @@ fn sorted<'a>(
                         said.skipped
                             .extend((ping.skipped_s > 0.0).then_some((file.as_str(), ping.skipped_s)));
                         said.padded.extend(ping.padded_from_s.map(|from| (file.as_str(), from)));
-                        pings.push(ping);
+                        pings.push(*ping);
                     }
                     Err(fault) => said.rejections.push(rejection(file, &fault.called(called))),
                 }

@@ -4,10 +4,11 @@
 use super::calibration::{Calibrated, calibrate};
 use super::contradictions::contradictions;
 use super::copies::leave_out_copies;
+use super::disagreeing::apart;
 use super::drifts::drifts_of;
 use super::excesses::excesses_of;
 use super::fitted::{Fitted, PingOfRecord, by_point, padded_in_words, skipped_in_words};
-use super::gains::{OfPoint, apart};
+use super::gains::OfPoint;
 use super::gathered::{Channels, Gathered, Said};
 use super::kept::Kept;
 use super::left_out::in_words;
@@ -263,9 +264,9 @@ fn ping_of_record(
     trace: &Trace<'_>,
     options: &PingOptions,
     live: &[usize],
-) -> Result<PingOfRecord, Fault> {
+) -> Result<Box<PingOfRecord>, Fault> {
     let found = fit_majority(trace, options).map_err(|fault| fault.within(live))?;
-    Ok(PingOfRecord {
+    Ok(Box::new(PingOfRecord {
         repeat,
         ping: found.fit.ping,
         drift: found.fit.drift,
@@ -275,7 +276,7 @@ fn ping_of_record(
         padded_from_s: trace.padded_from().map(|from| from as f64 / trace.rate_hz),
         live: found.kept.iter().map(|place| live[*place]).collect(),
         left_out: found.left_out.into_iter().map(|(m, fault)| (live[m], fault.within(live))).collect(),
-    })
+    }))
 }
 
 /// What to say of pings whose silence hums with other mains than those stated.

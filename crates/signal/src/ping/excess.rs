@@ -4,10 +4,10 @@
 //! A loss that grows as the power p of the amplitude, dA/dt = -c A (1 + k A^p), leaves the envelope e^{-ct} /
 //! (1 + x (1 - e^{-pct}))^{1/p}: c is the damping at small amplitude, c (1 + x) that at the start. To first
 //! order the logarithm of the amplitude gets the part (x/p) e^{-pct}, and one Gauss-Newton step in x alone
-//! tells it, as in [`super::chirp`]: what is left of e^{-pct} after 1 and t are projected out is q = e^{-pct}
-//! - a t - b. The growth rate that a fit without x finds is that at small amplitude and a x/p. An endless
-//! record has a = -4/9 c for p = 1, where an excess of one standard deviation moves the growth rate by 2.8,
-//! and a = -c/2 for p = 2.
+//! tells it, as in [`super::chirp`]: what is left of e^{-pct} after 1 and t are projected out is q, which is
+//! e^{-pct} less a t and b. The growth rate that a fit without x finds is that at small amplitude and a x/p.
+//! An endless record has a = -4/9 c for p = 1, where an excess of one standard deviation moves the growth
+//! rate by 2.8, and a = -c/2 for p = 2.
 //!
 //! A loss that is the same at both signs of the pressure begins with p = 2, one by separation has p = 1. Both
 //! are tried. They have different growth rates at small amplitude, so each counts with its likelihood: the
