@@ -146,7 +146,7 @@ fn tell(processed: &Processed, out: &Path, ui: &Ui) -> Result<(), Failed> {
     let rejected = processed.observations.rejections.len();
     let corrected = match processed.corrections.len() {
         0 => String::new(),
-        n => format!(", {n} put right (corrections.csv)"),
+        n => format!(", {n} put right or without a channel (corrections.csv)"),
     };
     let shown = out.display();
     let why = processed.observations.main_reason().map_or_else(String::new, |(count, first)| {

@@ -26,7 +26,9 @@ pub use channel::Channel;
 pub use click::{ClickFit, ClickOptions, ClickPicture, Extent, Reflection, fit_click, picture_click};
 pub use delays::{CalibrationError, ChannelDelays, ChannelPriors, KnownClick};
 pub use error::Fault;
-pub use ping::{Drift, Excess, MajorityFit, PingFit, PingOptions, PingPicture, fit_majority, fit_ping};
+pub use ping::{
+    Drift, Excess, Excesses, MajorityFit, PingFit, PingOptions, PingPicture, fit_majority, fit_ping,
+};
 pub use random::{
     ChannelGains, ComparedChannels, ComparisonFault, Field, GainPair, LossBand, PressureFault,
     RelativePressures, Spectra, Swept, SweptOptions, SwitchedDoubt, SwitchedFault, SwitchedGains,

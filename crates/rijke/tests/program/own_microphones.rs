@@ -99,3 +99,58 @@ fn message_a_thermometer_that_the_rig_lacks_is_refused_with_those_it_has() {
     let output = rijke(&folder, &["check", "."]);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
 }
+
+#[test]
+fn behaviour_a_polarity_that_as_many_pings_have_as_have_not_is_said_and_left_out() {
+    let folder = study("own-tie");
+    let turn = |name: &str, sign: fn(usize) -> f64| {
+        let path = folder.join(format!("records/{name}.csv"));
+        let text = fs::read_to_string(&path).unwrap();
+        let mut lines = text.lines();
+        let head = format!("{}\n", lines.next().unwrap());
+        let row = |line: &str| {
+            let cells = line.split(',').enumerate();
+            let turned = cells.map(|(k, v)| (v.parse::<f64>().unwrap() * sign(k)).to_string());
+            turned.collect::<Vec<_>>().join(",") + "\n"
+        };
+        fs::write(&path, head + &lines.map(row).collect::<String>()).unwrap();
+    };
+    turn("b", |column| if column == 4 { -1.0 } else { 1.0 });
+    let (code, said) = process(&folder);
+    let named = "microphone 3 (p4) has one polarity in a.csv and the opposite one in b.csv";
+    assert!(code == Some(0) && said.contains(named) && said.contains("e-0 has no pressure of it"), "{said}");
+    let pings = fs::read_to_string(folder.join("observations/pings.csv")).unwrap();
+    let rows: Vec<Vec<&str>> = pings.lines().map(|l| l.split(',').collect()).collect();
+    let at = |name: &str| rows[0].iter().position(|c| *c == name).unwrap();
+    let row = |point: &str| rows.iter().find(|r| r[0] == point).unwrap();
+    assert!(row("e-0")[at("p4_re")].is_empty() && !row("e-0")[at("p5_re")].is_empty(), "{pings}");
+    assert!(!row("e-40")[at("p4_re")].is_empty(), "{pings}");
+    // What no sign explains is no reversal.
+    turn("b", |column| [1.0, 1.0, 1.0, 1.0, 0.7, 1.0][column]);
+    let (code, said) = process(&folder);
+    let named = "the gain of microphone 3 (p4) changes between the repeats of e-0";
+    assert!(code == Some(0) && said.contains(named) && !said.contains("polarity"), "{said}");
+}
+
+#[test]
+fn behaviour_a_copy_that_was_cut_and_scaled_is_named_and_left_out() {
+    let folder = study("own-copy");
+    let text = fs::read_to_string(folder.join("records/a.csv")).unwrap();
+    let kept = text.lines().count() - 37;
+    let cut: String = text.lines().take(kept).map(|line| format!("{line}\n")).collect();
+    let of_b = |line: &str| {
+        let cells: Vec<&str> = line.split(',').collect();
+        let scaled = cells[1..].iter().map(|v| (1.001 * v.parse::<f64>().unwrap()).to_string());
+        format!("{},{}\n", cells[0], scaled.collect::<Vec<_>>().join(","))
+    };
+    let head = cut.lines().next().unwrap();
+    let rows: String = cut.lines().skip(1).map(of_b).collect();
+    fs::write(folder.join("records/b.csv"), format!("{head}\n{rows}")).unwrap();
+    let (code, said) = process(&folder);
+    let named = "1 of 3 records is a copy of another one of the same point";
+    assert!(code == Some(0) && said.contains(named) && said.contains("b.csv, is a copy of a.csv"), "{said}");
+    let rejections = fs::read_to_string(folder.join("observations/rejections.csv")).unwrap();
+    assert!(
+        rejections.contains("b.csv,\"a copy of a.csv: ") || rejections.contains("b.csv,a copy of a.csv: ")
+    );
+}

@@ -42,13 +42,14 @@ pub(super) fn shared(own: &[Relative]) -> Vec<Relative> {
     let largest = known().map(|d| d.sd.max(d.rate.abs())).fold(0.0, f64::max);
     let ratio = (LARGEST * largest / (LEAST * least)).powf(1.0 / (VALUES - 1) as f64);
     let scatters: Vec<f64> = (0..VALUES).map(|k| LEAST * least * ratio.powi(k as i32)).collect();
-    given_all(own, &scatters, &[f64::INFINITY])
+    given_all(own, &scatters, &[f64::INFINITY]).0
 }
 
 /// What each number is, given all of them: normal about a mean with one of the deviations `scatters`, the
 /// mean normal about zero with one of `sizes`, or of any value; all of them are as likely before. Those of
-/// unknown error stay as they are.
-pub(super) fn given_all(own: &[Relative], scatters: &[f64], sizes: &[f64]) -> Vec<Relative> {
+/// unknown error stay as they are. And the logarithm of the likelihood of all numbers, over that of their
+/// being what was measured.
+pub(super) fn given_all(own: &[Relative], scatters: &[f64], sizes: &[f64]) -> (Vec<Relative>, f64) {
     let known: Vec<Relative> = own.iter().copied().filter(Relative::is_known).collect();
     let of = |tau: &f64| sizes.iter().map(|size| Law::of(&known, *tau, *size)).collect::<Vec<_>>();
     let laws: Vec<Law> = scatters.iter().flat_map(of).collect();
@@ -69,7 +70,8 @@ pub(super) fn given_all(own: &[Relative], scatters: &[f64], sizes: &[f64]) -> Ve
         }
         Relative { rate: mean, sd: (square - mean * mean).max(0.0).sqrt(), common: common.sqrt() }
     };
-    own.iter().map(of).collect()
+    let of_errors: f64 = known.iter().map(|d| d.sd.ln()).sum();
+    (own.iter().map(of).collect(), best + (total / laws.len() as f64).ln() + of_errors)
 }
 
 impl Relative {

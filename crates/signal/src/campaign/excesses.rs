@@ -9,7 +9,7 @@
 
 use super::drifts::{Relative, given_all};
 use super::fitted::PingOfRecord;
-use crate::ping::Excess;
+use crate::ping::{Excess, Excesses};
 use rijke_rig::Ping;
 
 /// Orders of magnitude of an excess, relative to the damping at small amplitude.
@@ -17,46 +17,70 @@ const RANGE: (f64, f64) = (1e-6, 1.0);
 /// Values of each deviation that are tried.
 const VALUES: usize = 41;
 
-/// The excess of each point's pings: by themselves, and given all; none anywhere if no point shows one.
-pub(super) fn excesses_of(points: &[Vec<&PingOfRecord>]) -> Vec<(Excess, Excess)> {
-    let of = |pings: &Vec<&PingOfRecord>| Excess::common(&pings.iter().map(|p| p.excess).collect::<Vec<_>>());
-    let own: Vec<Excess> = points.iter().map(of).collect();
-    let relative: Vec<Relative> =
-        own.iter().map(|x| Relative { rate: x.share, sd: x.sd, common: 0.0 }).collect();
-    let given = shared(&relative);
-    let all: Vec<(Excess, Excess)> =
-        own.iter().zip(given).map(|(x, r)| (*x, Excess { share: r.rate, sd: r.sd, ..*x })).collect();
+/// The excesses of each point's pings: by themselves, and given all; none anywhere if no point shows one. All
+/// points have one law, which they teach together.
+pub(super) fn excesses_of(points: &[Vec<&PingOfRecord>]) -> Vec<(Excesses, Excesses)> {
+    let of =
+        |pings: &Vec<&PingOfRecord>| Excesses::common(&pings.iter().map(|p| p.excess).collect::<Vec<_>>());
+    let own: Vec<Excesses> = points.iter().map(of).collect();
+    let by = |law: fn(&Excesses) -> &Excess| {
+        let relative = |x: &Excess| Relative { rate: x.share, sd: x.sd, common: 0.0 };
+        shared(&own.iter().map(|x| relative(law(x))).collect::<Vec<_>>())
+    };
+    let [(linear, of_linear), (square, of_square)] = [by(|x| &x.linear), by(|x| &x.square)];
+    let of_points = |k: usize| own.iter().map(|x| x.support()[k]).sum::<f64>();
+    let support = [of_points(0) + 2.0 * of_linear, of_points(1) + 2.0 * of_square];
+    let given = linear.iter().zip(&square).map(|(l, s)| [(l.rate, l.sd), (s.rate, s.sd)]);
+    let all: Vec<(Excesses, Excesses)> =
+        own.iter().zip(given).map(|(x, given)| (*x, x.given(given, support))).collect();
     let shown = all.iter().any(|(own, given)| own.is_significant() || given.is_significant());
     if shown { all } else { vec![Default::default(); points.len()] }
 }
 
-/// What each point's excess is, given all of them.
-fn shared(own: &[Relative]) -> Vec<Relative> {
+/// What each point's excess is, given all of them, and the logarithm of their likelihood.
+fn shared(own: &[Relative]) -> (Vec<Relative>, f64) {
     let ratio = (RANGE.1 / RANGE.0).powf(1.0 / (VALUES - 1) as f64);
     let scales: Vec<f64> = (0..VALUES).map(|k| RANGE.0 * ratio.powi(k as i32)).collect();
     given_all(own, &scales, &scales)
 }
 
-/// The ping of a record with the growth rate at small amplitude, by the excess that the pings of its point
+/// The ping of a record with the growth rate at small amplitude, by the excesses that the pings of its point
 /// have in common, whose error is still to be added.
-pub(super) fn without_excess(of: &PingOfRecord, common: &Excess) -> Ping {
+pub(super) fn without_excess(of: &PingOfRecord, common: &Excesses) -> Ping {
     let mut ping = of.ping.clone();
-    if common.sd.is_finite() {
+    if common.is_known() {
         if of.excess.is_significant() {
             of.excess.put_back(&mut ping);
         }
-        ping.s.re -= common.share * of.excess.moved;
+        ping.s.re += common.shift_of(&of.excess);
     }
     ping
 }
 
-pub(super) fn excess_in_words(point: &str, excess: &Excess) -> String {
-    let (change, side) = if excess.share > 0.0 { ("grows", "above") } else { ("falls", "below") };
+/// Probability of a law from which on the other one is not spoken of.
+const SURE: f64 = 0.99;
+
+pub(super) fn excess_in_words(point: &str, excess: &Excesses) -> String {
+    let Excess { share, sd, .. } = *excess.likelier();
+    let (change, side) = if share > 0.0 { ("grows", "above") } else { ("falls", "below") };
+    let square = excess.probability_of_square();
+    let laws = if square > 0.5 { ["its square", "the amplitude"] } else { ["the amplitude", "its square"] };
+    let likely = square.max(1.0 - square);
+    let law = if likely < SURE {
+        format!(
+            ", if that changes as {}, which is likely to {:.0} %; the error holds what {} makes of it",
+            laws[0],
+            100.0 * likely,
+            laws[1]
+        )
+    } else {
+        format!(", and changes as {}", laws[0])
+    };
     format!(
-        "{point}: the damping {change} with the amplitude: at the end of the forcing it is {:.2} +- {:.2} % {side} that at small amplitude; growth rates are those \
+        "{point}: the damping {change} with the amplitude: at the end of the forcing it is {:.2} +- {:.2} % {side} that at small amplitude{law}; growth rates are those \
          at small amplitude, with the error that this leaves. Excite more weakly to see them directly",
-        100.0 * excess.share.abs(),
-        100.0 * excess.sd,
+        100.0 * share.abs(),
+        100.0 * sd,
     )
 }
 
@@ -78,7 +102,7 @@ mod tests {
             let truth: Vec<f64> = (0..points).map(|_| sd * (mean + scatter * normal())).collect();
             let own: Vec<Relative> =
                 truth.iter().map(|t| Relative { rate: t + sd * normal(), sd, common: 0.0 }).collect();
-            for (found, truth) in shared(&own).iter().zip(&truth) {
+            for (found, truth) in shared(&own).0.iter().zip(&truth) {
                 let error = normal() - 2.83 * (found.rate - truth) / sd;
                 let whole = (1.0 + (2.83 * found.sd / sd).powi(2)).sqrt();
                 squares += (error / whole).powi(2);

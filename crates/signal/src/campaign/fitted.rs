@@ -1,7 +1,7 @@
 //! What became of one record.
 
 use crate::Fault;
-use crate::ping::{Drift, Excess};
+use crate::ping::{Drift, Excesses};
 use rijke_numerics::words::counted;
 use rijke_rig::{Click, Ping, RecordItem, Rejection};
 
@@ -27,12 +27,14 @@ pub(super) struct PingOfRecord {
     pub(super) repeat: usize,
     pub(super) ping: Ping,
     pub(super) drift: Drift,
-    pub(super) excess: Excess,
+    pub(super) excess: Excesses,
     /// How much of the decay was left out because another mode sounds there, s.
     pub(super) skipped_s: f64,
     /// When a part begins in which all channels hold one number to the end of the record, which is cut off,
     /// s.
     pub(super) padded_from_s: Option<f64>,
+    /// White noise that its fit leaves, the first of it, row by row.
+    pub(super) noise: Vec<f32>,
     /// The microphones that tell of it.
     pub(super) live: Vec<usize>,
     /// Those that recorded it and were left out, and why.
@@ -42,7 +44,9 @@ pub(super) struct PingOfRecord {
 #[derive(Clone, Debug)]
 pub(super) enum Fitted {
     /// And the frequency of mains that it hums with beside the stated one, Hz.
-    Ping(Result<PingOfRecord, Fault>, Option<f64>),
+    Ping(Result<Box<PingOfRecord>, Fault>, Option<f64>),
+    /// A record that is a copy of another one.
+    Copy(Rejection),
     /// Arrival times and the channels of opposite polarity; none without a calibration.
     Click(Result<Option<(Click, Vec<usize>)>, Fault>),
 }

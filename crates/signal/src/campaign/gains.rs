@@ -1,8 +1,10 @@
 //! Gains that change from record to record.
 
+use super::left_out::some_of;
 use crate::Channel;
 use crate::repeats::Repeats;
 use rijke_numerics::tails::chi_squared_as_normal;
+use rijke_rig::Ping;
 
 /// Scatter of a relative pressure between the repeats of a point, relative to it, that is said; and how
 /// many times that of the other channels it must be.
@@ -21,19 +23,62 @@ pub(super) struct OfPoint<'a> {
     pub(super) repeats: &'a Repeats,
     pub(super) microphones: Vec<Channel>,
     pub(super) reference: usize,
+    /// The pings, and the files of all records of the point.
+    pub(super) pings: &'a [(usize, Ping)],
+    pub(super) names: &'a [String],
 }
 
-/// Says which microphones have a gain that changes between repeats.
-pub(super) fn wandering(points: &[OfPoint<'_>]) -> Vec<String> {
-    let mut found: Vec<(&Channel, &str, f64)> = points.iter().flat_map(of_point).collect();
+/// How the pressure of one microphone scatters between the repeats of a point; zero where noise explains it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Scatter {
+    /// Relative to its mean, to the largest pressure of the point, and in standard deviations of the noise.
+    pub(super) of_own: f64,
+    pub(super) of_largest: f64,
+    pub(super) of_noise: f64,
+}
+
+impl Scatter {
+    /// Of all microphones but the reference.
+    pub(super) fn of_point(of: &OfPoint<'_>) -> Vec<Self> {
+        let Repeats { between, mean, squares, within, count, .. } = of.repeats;
+        let freedom = *count as f64 - 1.0;
+        let size = |i: usize| mean[2 + 2 * i].hypot(mean[3 + 2 * i]);
+        let others = of.microphones.len() - 1;
+        let largest = (0..others).map(size).fold(1.0, f64::max);
+        let scatter = |i: usize| {
+            let (re, im) = (2 + 2 * i, 3 + 2 * i);
+            let part = |k: usize| squares[k] / within[(k, k)];
+            if chi_squared_as_normal(part(re) + part(im), 2.0 * freedom) < SURELY {
+                return Self::default();
+            }
+            let scatter = (between[re] + between[im]).sqrt();
+            let of_noise = (part(re).max(part(im)) / freedom).sqrt();
+            Self { of_own: scatter / size(i), of_largest: scatter / largest, of_noise }
+        };
+        (0..others).map(scatter).collect()
+    }
+
+    pub(super) fn is_said(&self) -> bool {
+        self.of_largest > SAID
+    }
+}
+
+/// The microphones whose gain changes between repeats, with the point and the relative scatter.
+pub(super) fn wandering<'a>(points: &[&'a OfPoint<'a>]) -> Vec<(&'a Channel, &'a str, f64)> {
+    let mut found: Vec<(&Channel, &str, f64)> = points.iter().flat_map(|of| of_point(of)).collect();
     found.sort_by_key(|f| f.0.number());
+    found
+}
+
+/// A sentence for each of them.
+pub(super) fn gains_in_words(found: &[(&Channel, &str, f64)]) -> Vec<String> {
     let say = |of: &[(&Channel, &str, f64)]| {
         let largest = of.iter().map(|f| f.2).fold(0.0, f64::max);
-        let (microphone, names) = (of[0].0, of.iter().map(|f| f.1).take(3).collect::<Vec<_>>().join(", "));
-        let more = if of.len() > 3 { format!(" and {} more", of.len() - 3) } else { String::new() };
+        let (microphone, points) = (of[0].0, of.iter().map(|f| f.1).collect::<Vec<_>>());
         format!(
-            "the gain of {microphone} changes between the repeats of {names}{more}, by up to {:.1} %: mode shapes carry this as an error. Look \
+            "the gain of {microphone} changes between the repeats of {}, by up to {:.1} %: mode shapes carry this as an error. Look \
              after it, or write `dead = [{}]` in the manifest",
+            some_of(&points),
             100.0 * largest,
             microphone.number()
         )
@@ -43,18 +88,9 @@ pub(super) fn wandering(points: &[OfPoint<'_>]) -> Vec<String> {
 
 /// Microphone, point, relative scatter.
 fn of_point<'a>(of: &'a OfPoint<'a>) -> Vec<(&'a Channel, &'a str, f64)> {
-    let Repeats { between, mean, squares, within, count, .. } = of.repeats;
     let others: Vec<&Channel> =
         (0..of.microphones.len()).filter(|m| *m != of.reference).map(|m| &of.microphones[m]).collect();
-    let scatter = |i: usize| {
-        let (re, im) = (2 + 2 * i, 3 + 2 * i);
-        let chi_squared = squares[re] / within[(re, re)] + squares[im] / within[(im, im)];
-        if chi_squared_as_normal(chi_squared, 2.0 * (*count as f64 - 1.0)) < SURELY {
-            return 0.0;
-        }
-        (between[re] + between[im]).sqrt() / mean[re].hypot(mean[im])
-    };
-    let all: Vec<f64> = (0..others.len()).map(scatter).collect();
+    let all: Vec<f64> = Scatter::of_point(of).iter().map(|s| s.of_own).collect();
     if all.len() < 3 {
         return Vec::new();
     }
@@ -95,7 +131,8 @@ mod tests {
         let microphones =
             [0, 1, 2, 4, 5].map(|number| Channel::Microphone { number, name: format!("m{number}").into() });
         let microphones = microphones.to_vec();
-        wandering(&[OfPoint { point: "a", repeats: &repeats, microphones, reference: 0 }])
+        let of = OfPoint { point: "a", repeats: &repeats, microphones, reference: 0, pings: &[], names: &[] };
+        gains_in_words(&wandering(&[&of]))
     }
 
     #[test]

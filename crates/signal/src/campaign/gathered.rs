@@ -7,9 +7,10 @@ use super::left_out::{LeftOut, correction, settle};
 use super::live::in_all;
 use super::options::PointScatter;
 use super::path::setting_covariance;
-use super::repeated::{combine_clicks, combine_pings, turn_inverted};
+use super::polarity::{Tie, set_polarity};
+use super::repeated::{combine_clicks, combine_pings};
 use crate::delays::ChannelDelays;
-use crate::ping::{Drift, Excess};
+use crate::ping::{Drift, Excesses};
 use crate::repeats::Repeats;
 use crate::{Channel, Fault};
 use rijke_numerics::Matrix;
@@ -38,6 +39,7 @@ pub(super) struct Said<'a> {
     pub(super) rejections: Vec<Rejection>,
     pub(super) corrections: Vec<Rejection>,
     pub(super) left_out: Vec<LeftOut>,
+    pub(super) ties: Vec<Tie>,
     /// Frequencies of mains that are not the stated ones, Hz.
     pub(super) hums: Vec<f64>,
     /// Pings of which so many seconds were left out because another mode sounds there.
@@ -63,7 +65,7 @@ impl Gathered {
     pub(super) fn of<'a>(
         records: &'a PointRecords,
         fits: Vec<Fitted>,
-        ((own_drift, (drift, drift_of_all)), (own_excess, excess)): (&(Drift, Learnt), &(Excess, Excess)),
+        ((own_drift, (drift, drift_of_all)), (own_excess, excess)): (&(Drift, Learnt), &(Excesses, Excesses)),
         called: &[Channel],
         said: &mut Said<'a>,
     ) -> Self {
@@ -95,10 +97,13 @@ impl Gathered {
         if own_drift.is_significant() {
             said.notes.push(drift_in_words(id, drift, &pings));
         }
-        said.corrections.extend(turn_inverted(&mut pings, &records.pings, &named));
+        let polarities = set_polarity(id, &mut pings, &records.pings, &named);
+        said.corrections.extend(polarities.corrections);
+        said.ties.extend(polarities.ties);
+        let (live, named) = without(&mut pings, &polarities.unknown, live, named);
         let ping_repeats = combine_pings(&mut pings, &records.pings, &named, &mut said.rejections);
         let click_repeats = combine_clicks(&mut clicks, &records.clicks, called, &mut said.rejections);
-        let (drift, drift_of_all, excess_variance) = (*drift, *drift_of_all, excess.variance_if_known());
+        let (drift, drift_of_all, excess_variance) = (*drift, *drift_of_all, excess.variance());
         Self { pings, live, clicks, ping_repeats, click_repeats, drift, drift_of_all, excess_variance }
     }
 
@@ -200,11 +205,12 @@ fn sorted<'a>(
                         said.skipped
                             .extend((ping.skipped_s > 0.0).then_some((file.as_str(), ping.skipped_s)));
                         said.padded.extend(ping.padded_from_s.map(|from| (file.as_str(), from)));
-                        pings.push(ping);
+                        pings.push(*ping);
                     }
                     Err(fault) => said.rejections.push(rejection(file, &fault.called(called))),
                 }
             }
+            Fitted::Copy(of_another) => said.rejections.push(of_another),
             Fitted::Click(Ok(Some((click, inverted)))) => {
                 // Polarity does not move an arrival.
                 let faults = inverted.into_iter().map(|m| Fault::Inverted(m.into()).called(called));
@@ -216,6 +222,22 @@ fn sorted<'a>(
         }
     }
     (pings, clicks)
+}
+
+/// Leaves the channels at some places out of the pings of a point, whose microphones are `live` and `named`
+/// so.
+fn without(
+    pings: &mut [(usize, Ping)],
+    unknown: &[usize],
+    live: Vec<usize>,
+    named: Vec<Channel>,
+) -> (Vec<usize>, Vec<Channel>) {
+    if unknown.is_empty() {
+        return (live, named);
+    }
+    let kept: Vec<usize> = (0..live.len()).filter(|place| !unknown.contains(place)).collect();
+    pings.iter_mut().for_each(|(_, ping)| *ping = ping.only(&kept));
+    kept.iter().map(|place| (live[*place], named[*place].clone())).unzip()
 }
 
 /// A ping without its shape: that of the reference microphone alone.

@@ -59,6 +59,14 @@ pub(super) fn settle(
     pings.iter().flat_map(of).collect()
 }
 
+/// The first few of some names, and how many more there are.
+pub(super) fn some_of<T: AsRef<str>>(names: &[T]) -> String {
+    let first: Vec<&str> = names.iter().take(NAMED).map(AsRef::as_ref).collect();
+    let more = names.len() - first.len();
+    let and = if more > 0 { format!(" and {more} more") } else { String::new() };
+    first.join(", ") + &and
+}
+
 /// A row of the table of what was put right.
 pub(super) fn correction(left: &LeftOut) -> Rejection {
     let LeftOut { record, reason, .. } = left;
@@ -74,8 +82,6 @@ pub(super) fn in_words(all: &[LeftOut], count: usize) -> Vec<String> {
         let own: Vec<&LeftOut> = all.iter().filter(|l| l.microphone.number() == number).collect();
         let mut points: Vec<&str> = own.iter().map(|l| l.point.as_str()).collect();
         points.dedup();
-        let more = points.len().saturating_sub(NAMED);
-        let and = if more > 0 { format!(" and {more} more") } else { String::new() };
         let trust = format!("`dead = [{number}]`");
         let remedy = if own[0].reason.contains(&trust) {
             String::new()
@@ -83,11 +89,11 @@ pub(super) fn in_words(all: &[LeftOut], count: usize) -> Vec<String> {
             format!(". If it cannot be trusted, write {trust} in the manifest")
         };
         format!(
-            "{} was left out of {} of {count} pings, which the others fit without it: {}{and} have no pressure there (corrections.csv \
+            "{} was left out of {} of {count} pings, which the others fit without it: {} have no pressure there (corrections.csv \
              lists the records). The first, {}: {}{remedy}",
             own[0].microphone,
             own.len(),
-            points[..points.len().min(NAMED)].join(", "),
+            some_of(&points),
             own[0].record,
             own[0].reason
         )
@@ -98,7 +104,7 @@ pub(super) fn in_words(all: &[LeftOut], count: usize) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::ping::{Drift, Excess};
+    use crate::ping::{Drift, Excesses};
     use rijke_numerics::{C64, Matrix};
     use rijke_rig::Ping;
 
@@ -115,7 +121,8 @@ mod tests {
             repeat,
             ping: ping.clone(),
             drift: Drift::default(),
-            excess: Excess::default(),
+            excess: Excesses::default(),
+            noise: Vec::new(),
             live: if repeat < without { vec![0, 1] } else { vec![0, 1, 2] },
             left_out: if repeat < without { vec![(2, fault.clone())] } else { Vec::new() },
         };

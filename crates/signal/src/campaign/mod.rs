@@ -2,6 +2,8 @@
 
 mod calibration;
 mod contradictions;
+mod copies;
+mod disagreeing;
 mod drifts;
 mod excesses;
 mod fitted;
@@ -14,6 +16,7 @@ mod loud;
 mod odd;
 mod options;
 mod path;
+mod polarity;
 mod process;
 mod rates;
 mod repeated;

@@ -3,10 +3,12 @@
 
 use super::calibration::{Calibrated, calibrate};
 use super::contradictions::contradictions;
+use super::copies::leave_out_copies;
+use super::disagreeing::apart;
 use super::drifts::drifts_of;
 use super::excesses::excesses_of;
 use super::fitted::{Fitted, PingOfRecord, by_point, padded_in_words, skipped_in_words};
-use super::gains::{OfPoint, wandering};
+use super::gains::OfPoint;
 use super::gathered::{Channels, Gathered, Said};
 use super::kept::Kept;
 use super::left_out::in_words;
@@ -15,6 +17,7 @@ use super::loud::{Loudest, loudness};
 use super::odd::{reject_odd, usual_scatter};
 use super::options::{ProcessError, ProcessOptions, Processed};
 use super::path::click_options;
+use super::polarity::ties_in_words;
 use super::rates::{of_other_rates, without_shapes};
 use super::repeated::{combine_pings, unrepeated};
 use crate::click::{ClickOptions, fit_click};
@@ -90,8 +93,9 @@ pub fn process_again(
     let of_calibration = |item: &RecordItem| matches!(item, RecordItem::Calibration(..));
     let jobs: Vec<RecordItem> = set.items().into_iter().filter(|item| !of_calibration(item)).collect();
     let fitted = fit_all(source, options, &jobs, (click_delays.as_ref(), &click), kept, advance)?;
-    let (fitted, loudest) = fitted;
+    let (mut fitted, loudest) = fitted;
     said.notes.extend(loudest.in_words());
+    said.notes.extend(leave_out_copies(set, &jobs, &mut fitted));
     let calibration_clicks = said.rejections.len();
     let microphones = set.rig.microphones.positions.len();
     let called = &of_rig(&set.acquisition, &set.rig.microphones);
@@ -109,6 +113,7 @@ pub fn process_again(
     }
     let count = set.points.iter().map(|p| p.pings.len()).sum();
     said.notes.extend(in_words(&said.left_out, count));
+    said.notes.extend(ties_in_words(&said.ties));
     said.notes.extend(skipped_in_words(&said.skipped));
     said.notes.extend(padded_in_words(&said.padded));
     let hum = hum_in_words(&said.hums, options.ping.mains_hz);
@@ -235,9 +240,11 @@ fn reconsider(set: &RecordSet, gathered: &mut [Gathered], said: &mut Said<'_>) {
     let of_pings = set.points.iter().zip(&*gathered).filter_map(|(records, g)| {
         let microphones = g.named(&called);
         let reference = g.pings.first()?.1.reference;
-        Some(OfPoint { point: &records.point.id, repeats: g.ping_repeats.as_ref()?, microphones, reference })
+        let (pings, names) = (&g.pings, &records.pings);
+        let (point, repeats) = (&records.point.id, g.ping_repeats.as_ref()?);
+        Some(OfPoint { point, repeats, microphones, reference, pings, names })
     });
-    said.notes.extend(wandering(&of_pings.collect::<Vec<_>>()));
+    said.notes.extend(apart(&of_pings.collect::<Vec<_>>()));
     said.notes.extend(unrepeated(gathered.iter().map(|g| g.pings.len())));
     // The same microphones at all points that are pooled, so that the same numbers meet.
     let sets: BTreeSet<Vec<usize>> = gathered.iter().map(|g| g.live.clone()).collect();
@@ -257,18 +264,19 @@ fn ping_of_record(
     trace: &Trace<'_>,
     options: &PingOptions,
     live: &[usize],
-) -> Result<PingOfRecord, Fault> {
+) -> Result<Box<PingOfRecord>, Fault> {
     let found = fit_majority(trace, options).map_err(|fault| fault.within(live))?;
-    Ok(PingOfRecord {
+    Ok(Box::new(PingOfRecord {
         repeat,
         ping: found.fit.ping,
         drift: found.fit.drift,
         excess: found.fit.excess,
+        noise: found.fit.noise,
         skipped_s: found.fit.skipped_s,
         padded_from_s: trace.padded_from().map(|from| from as f64 / trace.rate_hz),
         live: found.kept.iter().map(|place| live[*place]).collect(),
         left_out: found.left_out.into_iter().map(|(m, fault)| (live[m], fault.within(live))).collect(),
-    })
+    }))
 }
 
 /// What to say of pings whose silence hums with other mains than those stated.

@@ -1,52 +1,10 @@
-//! The repeats of one operating point: polarity, outliers, mean.
+//! The repeats of one operating point: outliers, mean.
 
 use super::fitted::rejection;
+use crate::Channel;
 use crate::repeats::{Repeats, combine};
-use crate::{Channel, Fault};
-use rijke_numerics::{C64, Matrix};
+use rijke_numerics::Matrix;
 use rijke_rig::{Click, Ping, Rejection};
-
-/// Turns a channel that has the opposite sign of the other repeats', and says which.
-pub(super) fn turn_inverted(
-    pings: &mut [(usize, Ping)],
-    names: &[String],
-    called: &[Channel],
-) -> Vec<Rejection> {
-    if pings.len() < 3 {
-        return Vec::new();
-    }
-    let channels = pings[0].1.pressures.len();
-    let middle = |part: fn(&C64) -> f64, m: usize| {
-        let mut values: Vec<f64> = pings.iter().map(|(_, p)| part(&p.pressures[m])).collect();
-        values.sort_by(f64::total_cmp);
-        values[values.len() / 2]
-    };
-    let typical: Vec<C64> =
-        (0..channels).map(|m| C64::new(middle(|p| p.re, m), middle(|p| p.im, m))).collect();
-    let mut turned = Vec::new();
-    for (repeat, ping) in pings {
-        let inverted = |m: usize| (ping.pressures[m] + typical[m]).norm() < 0.3 * typical[m].norm();
-        let others: Vec<usize> = (0..channels).filter(|&m| m != ping.reference).collect();
-        let wrong: Vec<usize> = others.iter().copied().filter(|&m| inverted(m)).collect();
-        let channel = match wrong[..] {
-            [channel] => channel,
-            // All but the reference: it is the reference that is inverted.
-            _ if wrong.len() > 1 && wrong.len() == others.len() => ping.reference,
-            _ => continue,
-        };
-        for &m in &wrong {
-            ping.pressures[m] = -ping.pressures[m];
-        }
-        let place = |i: usize| i.checked_sub(2).map(|i| others[i / 2]);
-        let sign = |i: usize| if place(i).is_some_and(|m| wrong.contains(&m)) { -1.0 } else { 1.0 };
-        let covariance = &ping.covariance;
-        ping.covariance = Matrix::from_fn(covariance.rows(), covariance.columns(), |i, j| {
-            sign(i) * sign(j) * covariance[(i, j)]
-        });
-        turned.push(rejection(&names[*repeat], &Fault::Inverted(channel.into()).called(called)));
-    }
-    turned
-}
 
 /// Part of their frequency by which pings of one mode never differ: the speed of sound of a point is
 /// steadier.
@@ -149,6 +107,7 @@ pub(super) fn unrepeated(pings: impl Iterator<Item = usize>) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use rijke_numerics::C64;
 
     #[test]
     fn behaviour_single_pings_everywhere_are_said() {
@@ -156,23 +115,13 @@ mod tests {
         assert_eq!([said(&[1, 0, 1]), said(&[1, 2]), said(&[0]), said(&[])], [true, false, false, false]);
     }
 
-    fn ping(turned: &[usize]) -> (usize, Ping) {
-        let sign = |m: usize| if turned.contains(&m) { -1.0 } else { 1.0 };
-        let pressure = |m: usize| C64::new(0.3 + 0.2 * m as f64, 0.01) * (sign(m) * sign(1));
-        let mut pressures: Vec<C64> = (0..4).map(pressure).collect();
-        pressures[1] = C64::ONE;
-        let rows = |i: usize| if i < 2 { 1.0 } else { sign([0, 2, 3][(i - 2) / 2]) * sign(1) };
-        let covariance = Matrix::from_fn(8, 8, |i, j| rows(i) * rows(j) / (1.0 + i.abs_diff(j) as f64));
-        (0, Ping { s: C64::new(-9.0, 1070.0), pressures, reference: 1, covariance })
-    }
-
     #[test]
     fn message_pings_of_two_modes_are_never_averaged() {
         let left = |hertz: &[f64]| {
             let at = |(n, hz): (usize, &f64)| {
-                let (_, mut ping) = ping(&[]);
-                ping.s.im = hz * std::f64::consts::TAU;
-                (n, ping)
+                let s = C64::new(-9.0, hz * std::f64::consts::TAU);
+                let covariance = Matrix::identity(2);
+                (n, Ping { s, pressures: vec![C64::ONE], reference: 0, covariance })
             };
             let mut pings: Vec<_> = hertz.iter().enumerate().map(at).collect();
             let names: Vec<String> = (0..hertz.len()).map(|n| format!("ping-{n}")).collect();
@@ -192,19 +141,5 @@ mod tests {
             kept.is_empty() && said.len() == 4 && said[3].reason.contains("no mode has most"),
             "{said:?}"
         );
-    }
-
-    #[test]
-    fn exact_an_inverted_channel_is_turned_with_its_covariance() {
-        for (turned, channel) in [(vec![2], 2), (vec![0], 0), (vec![1], 1)] {
-            let mut pings = vec![ping(&[]), ping(&turned), ping(&[]), ping(&[])];
-            let names: Vec<String> = (0..4).map(|n| format!("ping-{n}")).collect();
-            pings.iter_mut().enumerate().for_each(|(n, p)| p.0 = n);
-            let said = turn_inverted(&mut pings, &names, &[0, 1, 2, 3].map(Channel::Place));
-            assert_eq!(said.len(), 1);
-            assert_eq!(said[0].record, "ping-1");
-            assert_eq!(said[0].reason, format!("channel {channel} has the opposite polarity"));
-            assert_eq!(pings[1].1, pings[0].1);
-        }
     }
 }

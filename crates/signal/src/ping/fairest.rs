@@ -6,9 +6,9 @@
 //! likelihood counts, each free number at a price of half the logarithm of the number of samples (Schwarz,
 //! Ann. Statist. 6 (1978) 461).
 
-use super::excess::Excess;
+use super::excess::Excesses;
 use super::ringing::Ringing;
-use crate::ringdown::{Component, Kind, Solution, White, glance};
+use crate::ringdown::{Component, Kind, Law, Solution, White, glance};
 use rijke_numerics::C64;
 use std::f64::consts::TAU;
 
@@ -44,33 +44,38 @@ pub(super) fn fairest(
     found: Solution,
     fit: &dyn Fn(Vec<Component>) -> Option<Solution>,
 ) -> (Solution, Option<Solution>) {
-    let with = |list: &[Component], chirp: Option<f64>, excess: Option<f64>, close: bool| {
+    let with = |list: &[Component], chirp: Option<f64>, excess: Option<(f64, Law)>, close: bool| {
         let far = |(k, c): &(usize, &Component)| *k == 0 || close || !is_close(c, &list[0]);
         let mut list: Vec<Component> = list.iter().enumerate().filter(far).map(|(_, c)| *c).collect();
-        (list[0].chirp, list[0].excess) = (chirp, excess);
+        (list[0].chirp, list[0].excess) = (chirp, excess.map(|(share, _)| share));
+        list[0].law = excess.map(|(_, law)| law).unwrap_or_default();
         list
     };
     let now = &found.components;
     let samples = (white.samples.len().max(2) as f64).ln();
     let chirp = Some(now[0].chirp.unwrap_or(0.0));
-    let told = Excess::is_told(now[0].s.re, white.rows(), white.step);
-    let excess = told.then(|| now[0].excess.unwrap_or(0.0));
+    let told = Excesses::is_told(now[0].s.re, white.rows(), white.step);
+    let by = |law: Law| told.then(|| (now[0].excess.unwrap_or(0.0), law));
+    let excess = by(now[0].law);
     let have = [now[0].chirp.is_some(), now[0].excess.is_some()];
-    let foresees = |curves: &[Option<f64>; 2], price: usize| {
-        let gain = glance(white, &with(now, curves[0], curves[1], false)).map_or(0.0, |g| g.gain);
+    let foresees = |(chirp, excess): (Option<f64>, Option<(f64, Law)>), price: usize| {
+        let gain = glance(white, &with(now, chirp, excess, false)).map_or(0.0, |g| g.gain);
         gain >= PROMISE * price as f64 * samples * found.variance().max(noise)
     };
     let close = has_close_neighbour(now);
     // What both together do not foresee, neither does alone.
-    let worth = close || have != [false; 2] || foresees(&[chirp, excess], 1);
+    let worth = close || have != [false; 2] || foresees((chirp, excess), 1);
     let mut tried = Vec::new();
     // Those with an excess are those without where none is told.
-    let with_excess = [[None, excess], [chirp, excess]].into_iter().filter(|_| told);
-    for curves in std::iter::once([chirp, None]).chain(with_excess).chain([[None, None]]) {
-        let has = curves.map(|c| c.is_some());
+    let other = by(now[0].law.other());
+    let with_excess = [(None, excess), (chirp, excess), (None, other), (chirp, other)];
+    let with_excess = with_excess.into_iter().filter(|_| told);
+    for curves in std::iter::once((chirp, None)).chain(with_excess).chain([(None, None)]) {
+        let has = [curves.0.is_some(), curves.1.is_some()];
         let more = has.iter().zip(have).filter(|(now, before)| **now && !before).count();
-        if close || worth && has != have && foresees(&curves, more) {
-            tried.push(with(now, curves[0], curves[1], false));
+        let is_new = has != have || curves.1.is_some_and(|(_, law)| law != now[0].law);
+        if close || worth && is_new && foresees(curves, more) {
+            tried.push(with(now, curves.0, curves.1, false));
         }
     }
     if close {

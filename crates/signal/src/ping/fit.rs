@@ -4,7 +4,7 @@ use super::backwards::last_decay;
 use super::chirp::Drift;
 use super::diagnosis;
 use super::driven;
-use super::excess::Excess;
+use super::excess::Excesses;
 use super::fairest::{self, APART_HZ, has_close_neighbour};
 use super::forcing::{Change, Envelope};
 use super::found::PingFit;
@@ -319,7 +319,7 @@ fn fit_whitened(
     let mut left = rest(from, &solution);
     let inside = &left[..(to - from) * channels];
     let is_curved = Drift::left_by(&solution, inside, step).is_significant()
-        || Excess::left_by(&solution, inside, step).is_significant();
+        || Excesses::left_by(&solution, inside, step).is_significant();
     let mut rival = None;
     let fit = |components| search.solve(part, early(from), components, SETTLING).ok();
     if fairest::is_doubtful(&solution, noise) || is_curved {
@@ -357,6 +357,11 @@ fn fit_whitened(
     if from > begin {
         left = rest(from, &solution);
     }
+    let other_law = solution.components[0].excess.and_then(|_| {
+        let mut components = solution.components.clone();
+        components[0].law = components[0].law.other();
+        search.solve(white.slice(from, to), early(from), components, SETTLING).ok()
+    });
     Ok(Fitted {
         whitener: whitener.clone(),
         harmonics: search.harmonics.to_vec(),
@@ -371,6 +376,7 @@ fn fit_whitened(
         decays_from,
         guess: subspace,
         doubtful: has_close_neighbour(&solution.components) || envelope.falls_late(channels, step),
+        other_law: other_law.filter(|found| found.components[0].excess.is_some()),
         solution,
         rival,
         left,

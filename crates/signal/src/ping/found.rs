@@ -1,7 +1,7 @@
 //! What the fit of a ping has found.
 
 use super::chirp::Drift;
-use super::excess::Excess;
+use super::excess::Excesses;
 use rijke_numerics::C64;
 use rijke_rig::Ping;
 
@@ -32,13 +32,16 @@ pub struct PingFit {
     pub mains: (Vec<u32>, f64),
     /// Variance of the residuals over that of the quiet part: 1 if the model holds.
     pub residual_variance: f64,
+    /// Residuals, white and of unit variance if the model holds, row by row: the first thousand or so. Copies
+    /// of a record have the same.
+    pub noise: Vec<f32>,
     /// How the frequency of the mode drifts during the decay. If that is significant, `ping` and `modes` hold
     /// the frequency at the end of the forcing, with the error that the drift leaves; otherwise the frequency
     /// is that of about one decay time later.
     pub drift: Drift,
     /// How the damping depends on the amplitude. If that is significant, `ping` and `modes` hold the growth
     /// rate at small amplitude, with the error that the excess leaves.
-    pub excess: Excess,
+    pub excess: Excesses,
 }
 
 impl PingFit {
@@ -51,7 +54,7 @@ impl PingFit {
         if !self.drift.is_significant() && self.drift.sd.is_finite() {
             self.drift.remove(&mut ping);
         }
-        if !self.excess.is_significant() && self.excess.sd.is_finite() {
+        if !self.excess.is_significant() && self.excess.is_known() {
             self.excess.remove(&mut ping);
         }
         ping

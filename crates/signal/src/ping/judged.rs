@@ -2,7 +2,7 @@
 
 use super::alike::Decay;
 use super::chirp::Drift;
-use super::excess::Excess;
+use super::excess::Excesses;
 use super::forcing::Change;
 use super::found::PingFit;
 use super::options::PingOptions;
@@ -22,6 +22,9 @@ const TOUCHING_HZ: f64 = 2.0;
 const READINGS: f64 = 2.0;
 /// A tone that loses less of its amplitude while it is fitted is no decay: one that goes on fits as well.
 const LEAST_FALL: f64 = 0.05;
+
+/// Samples of the residuals that are kept.
+const NOISE: usize = 1024;
 
 /// The maximum-likelihood fit together with what it was made from.
 pub(super) struct Fitted {
@@ -46,6 +49,8 @@ pub(super) struct Fitted {
     pub(super) decays_from: Option<usize>,
     pub(super) guess: C64,
     pub(super) solution: Solution,
+    /// The same fit by the other law of an excess of damping, if the first one has an excess.
+    pub(super) other_law: Option<Solution>,
     /// A fit by two close modes that explains more, if there is one.
     pub(super) rival: Option<Solution>,
     /// Whether the forcing may have gone on after what was taken for its end.
@@ -137,9 +142,10 @@ impl Fitted {
         let mut ping =
             relative(s, &amplitudes, options.reference, &unwhiten, &log_slopes, &covariance, variance);
         let drift = Drift::of(&self.solution, left, step).with_variance(&self.solution, variance);
-        let excess = Excess::of(&self.solution, left, step).with_variance(&self.solution, variance);
+        let excess = Excesses::of(&self.solution, self.other_law.as_ref(), left, step);
+        let excess = excess.with_variance(&self.solution, variance);
         if self.solution.components[0].excess.is_some() {
-            excess.put_back(&mut ping);
+            excess.of_law(self.solution.components[0].law).put_back(&mut ping);
         }
         if self.solution.components[0].chirp.is_some() {
             drift.put_back(&mut ping);
@@ -189,6 +195,7 @@ impl Fitted {
             signal_to_noise,
             mains: (self.harmonics, mains.unwrap_or(options.mains_hz)),
             residual_variance: variance,
+            noise: self.left.iter().take(NOISE).map(|v| *v as f32).collect(),
         })
     }
 }

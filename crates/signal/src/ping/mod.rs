@@ -25,7 +25,7 @@ mod slope;
 mod verdict;
 
 pub use chirp::Drift;
-pub use excess::Excess;
+pub use excess::{Excess, Excesses};
 pub use fit::fit_ping;
 pub use found::PingFit;
 pub use majority::{MajorityFit, fit_majority};

@@ -117,7 +117,7 @@ fn taken_out(found: &Solution, count: usize, span: usize, step: f64) -> Vec<Vec<
         columns.push(column(own, 2));
     }
     if mode.excess.is_some() {
-        columns.push(column(2.0 * own, 0));
+        columns.push(column(own * f64::from(1 + mode.law.power()), 0));
     }
     for other in found.components.iter().skip(1).filter(|c| c.kind == Kind::Mode) {
         let beside = C64::new(other.s.re, other.s.im - mode.s.im);

@@ -9,7 +9,7 @@
 //! silence and tail hold a few decay times, and many such stretches.
 
 use super::chirp::Drift;
-use super::excess::Excess;
+use super::excess::{Excess, Excesses};
 use super::power::Power;
 use super::resolution::deviation;
 use super::verdict::{loudness, tones};
@@ -185,39 +185,47 @@ pub(crate) fn beyond(left: White<'_>, s: C64, power: f64) -> Option<(usize, usiz
     (*most > 2.0 * CHANCE * mean).then_some((k * span, channel, most / mean))
 }
 
-/// Adds to the errors of a ping, of its drift and of its excess of damping what noise of the given power,
+/// Adds to the errors of a ping, of its drift and of its excesses of damping what noise of the given power,
 /// which rings the mode, makes of them. Drift and excess then move what is independent of them.
 pub(crate) fn widen(
     ping: &mut Ping,
-    (drift, excess): (&mut Drift, &mut Excess),
+    (drift, excess): (&mut Drift, &mut Excesses),
     power: f64,
     found: &Solution,
     rows: usize,
     step: f64,
 ) {
     let a = (-found.components[0].s.re).max(f64::MIN_POSITIVE);
-    let curves = [Excess::weights(a, rows, step), Drift::weights(a, rows, step)];
-    let slopes = [
-        (&mut ping.s.re, excess.share, &mut excess.sd, &mut excess.moved),
-        (&mut ping.s.im, drift.rate, &mut drift.sd, &mut drift.moment),
-    ];
-    for (i, (curve, (value, slope, sd, moved))) in curves.iter().zip(slopes).enumerate() {
+    // The number and its variance, of a fit with a slope of this weight.
+    let with = |value: f64, variance: f64, (slope, sd, moved): (f64, &mut f64, &mut f64), curve: &[f64]| {
         let known = if sd.is_finite() { *moved } else { 0.0 };
         let (own, of_curve) = covariance(power, found, rows, step, (known, curve));
-        let variance = &mut ping.covariance[(i, i)];
         if !sd.is_finite() {
-            *variance += own;
-            continue;
+            return (value, variance + own);
         }
         // Of the number at the start, which the slope does not move, and of the slope.
         let square = sd.powi(2);
         let curved = square + of_curve[(1, 1)];
         let mixed = -*moved * square + of_curve[(0, 1)];
-        let start = *variance + moved.powi(2) * square + of_curve[(0, 0)];
-        let moved_now = -mixed / curved;
-        *value += (moved_now - *moved) * slope;
-        *variance = start - mixed * mixed / curved;
-        (*sd, *moved) = (curved.sqrt(), moved_now);
+        let start = variance + moved.powi(2) * square + of_curve[(0, 0)];
+        let (before, now) = (*moved, -mixed / curved);
+        (*sd, *moved) = (curved.sqrt(), now);
+        (value + (now - before) * slope, start - mixed * mixed / curved)
+    };
+    let weights = Drift::weights(a, rows, step);
+    let of_drift = (drift.rate, &mut drift.sd, &mut drift.moment);
+    (ping.s.im, ping.covariance[(1, 1)]) = with(ping.s.im, ping.covariance[(1, 1)], of_drift, &weights);
+    let plain = (ping.s.re, ping.covariance[(0, 0)]);
+    let [linear, square] = excess.each().map(|(x, law)| {
+        let (weights, before) = (Excess::weights(a, rows, step, law), x.sd);
+        let of_excess = (x.share, &mut x.sd, &mut x.moved);
+        let found = with(plain.0 + x.plain, plain.1, of_excess, &weights);
+        x.lose_support(before);
+        found
+    });
+    (ping.s.re, ping.covariance[(0, 0)]) = linear;
+    if excess.square.sd.is_finite() {
+        excess.square.plain = square.0 - linear.0;
     }
 }
 

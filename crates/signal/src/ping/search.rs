@@ -98,7 +98,7 @@ impl Search<'_> {
             match solve(white, &components, close) {
                 // Without a drift or an excess of damping, where none is found.
                 Err(Fault::Singular(_) | Fault::NotConverged { .. }) if components[0].is_curved() => {
-                    let Component { s, kind, chirp, excess } = components[0];
+                    let Component { s, kind, chirp, excess, .. } = components[0];
                     let chirp = if excess.is_some() { chirp } else { None };
                     components[0] = Component { chirp, ..Component::new(s, kind) };
                 }

@@ -15,6 +15,33 @@ pub(crate) enum Kind {
     Known,
 }
 
+/// How the damping beyond that at small amplitude grows with the amplitude.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) enum Law {
+    /// As the amplitude: sound that separates at a hole or an open end.
+    #[default]
+    Linear,
+    /// As its square: the first term of any law that is smooth and the same for both signs.
+    Square,
+}
+
+impl Law {
+    /// The power of the amplitude.
+    pub(crate) fn power(self) -> i32 {
+        match self {
+            Self::Linear => 1,
+            Self::Square => 2,
+        }
+    }
+
+    pub(crate) fn other(self) -> Self {
+        match self {
+            Self::Linear => Self::Square,
+            Self::Square => Self::Linear,
+        }
+    }
+}
+
 /// One exponential of the model.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Component {
@@ -26,16 +53,17 @@ pub(crate) struct Component {
     /// is there, else the frequency is steady.
     pub(crate) chirp: Option<f64>,
     /// By what share the damping at the first row of a fit exceeds that at small amplitude, which is -Re s:
-    /// free where it is there, else the damping is the same at any amplitude. The envelope with the excess x
-    /// is e^{ct} / (1 + x (1 - e^{ct})), c = Re s: the loss of a hole or an open end grows with the
-    /// amplitude.
+    /// free where it is there, else the damping is the same at any amplitude. The envelope with the excess x,
+    /// which grows as the power p of the amplitude, is e^{ct} / (1 + x (1 - e^{pct}))^{1/p}, c = Re s.
     pub(crate) excess: Option<f64>,
+    /// How that grows with the amplitude.
+    pub(crate) law: Law,
 }
 
 impl Component {
     /// A component whose frequency and damping are steady.
     pub(crate) fn new(s: C64, kind: Kind) -> Self {
-        Self { s, kind, chirp: None, excess: None }
+        Self { s, kind, chirp: None, excess: None, law: Law::Linear }
     }
 
     /// Whether it is no plain exponential.

@@ -20,12 +20,13 @@ pub(super) fn factors(component: &Component, rows: usize, step: f64) -> Vec<(usi
         list.push((2, (0..rows).map(|n| 0.5 * time(n).powi(2)).collect()));
     }
     if let Some(excess) = component.excess {
-        let (mut fallen, fall) = (1.0, (component.s.re * step).exp());
+        let power = f64::from(component.law.power());
+        let (mut fallen, fall) = (1.0, (power * component.s.re * step).exp());
         let (mut of_growth, mut of_excess) = (Vec::with_capacity(rows), Vec::with_capacity(rows));
         for n in 0..rows {
             let whole = (1.0 + excess * (1.0 - fallen)).recip();
             of_growth.push(time(n) * (1.0 + excess * fallen * whole));
-            of_excess.push((fallen - 1.0) * whole);
+            of_excess.push((fallen - 1.0) * whole / power);
             fallen *= fall;
         }
         list.extend([(0, of_growth), (3, of_excess)]);
@@ -178,6 +179,7 @@ impl NullaryFnOnce for Sums<'_> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::component::Law;
     use super::super::sums::phasors;
     use super::*;
     use rijke_numerics::C64;
@@ -185,13 +187,21 @@ mod tests {
     #[test]
     fn oracle_curved_components_and_their_derivatives_are_those_written_out() {
         let (rows, step) = (400, 1e-3);
+        for law in [Law::Linear, Law::Square] {
+            written_out(law, rows, step);
+        }
+    }
+
+    fn written_out(law: Law, rows: usize, step: f64) {
         let curved = |s: C64, chirp: f64, excess: f64| Component {
             chirp: Some(chirp),
             excess: Some(excess),
+            law,
             ..Component::new(s, crate::ringdown::Kind::Mode)
         };
+        let power = f64::from(law.power());
         let written = |s: C64, chirp: f64, excess: f64, t: f64| {
-            let envelope = 1.0 + excess * (1.0 - (s.re * t).exp());
+            let envelope = (1.0 + excess * (1.0 - (power * s.re * t).exp())).powf(power.recip());
             (s * t + C64::new(0.0, 0.5 * chirp * t * t)).exp() / envelope
         };
         let (s, chirp, excess) = (C64::new(-6.0, 500.0), 40.0, 0.7);

@@ -9,7 +9,7 @@ mod solve;
 mod sums;
 mod white;
 
-pub(crate) use component::{Component, Kind, fundamental, with_fundamental};
+pub(crate) use component::{Component, Kind, Law, fundamental, with_fundamental};
 pub(crate) use solution::Solution;
 pub(crate) use solve::{MAINS, SEARCHING, SETTLING, energies, glance, solve};
 pub(crate) use white::White;

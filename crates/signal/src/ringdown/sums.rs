@@ -1,6 +1,6 @@
 //! Sums over the samples of products of exponentials, powers of time and data.
 
-use super::component::Component;
+use super::component::{Component, Law};
 use super::white::White;
 use crate::dsp::kernels::{LANES, Powers, run};
 use pulp::NullaryFnOnce;
@@ -45,11 +45,15 @@ pub(super) fn phasors(component: &Component, first: f64, rows: usize, step: f64)
         });
     }
     if let Some(excess) = component.excess {
-        let (mut fallen, fall) = ((s.re * t).exp(), (s.re * step).exp());
+        let rate = s.re * f64::from(component.law.power());
+        let (mut fallen, fall) = ((rate * t).exp(), (rate * step).exp());
         each(&mut || {
-            let now = (1.0 + excess * (1.0 - fallen)).max(LEAST).recip();
+            let whole = (1.0 + excess * (1.0 - fallen)).max(LEAST).recip();
             fallen *= fall;
-            C64::from(now)
+            C64::from(match component.law {
+                Law::Linear => whole,
+                Law::Square => whole.sqrt(),
+            })
         });
     }
     (powers, (s * t).exp())

@@ -5,7 +5,7 @@ use crate::driven::Driven;
 use crate::short::Tally;
 use rand::RngExt;
 use rijke_numerics::{C64, Streams};
-use rijke_signal::{Excess, PingFit};
+use rijke_signal::{Excesses, PingFit};
 use std::f64::consts::TAU;
 
 /// A tube whose first mode decays with 4 to 20 1/s near 105 Hz; amplitude over the noise `ratio`.
@@ -82,7 +82,7 @@ fn flows(count: u64, shares: &[f64]) {
         let tally = Tally::of(count, rig, |seed, driven| {
             let fit = driven.fit(seed)?;
             // The damping is known to be the same at any amplitude.
-            let known = PingFit { excess: Excess { sd: f64::INFINITY, ..fit.excess }, ..fit };
+            let known = PingFit { excess: Excesses::default(), ..fit };
             Ok(PingFit { ping: known.at_the_end_of_forcing(), ..known })
         });
         tally.show(&name);

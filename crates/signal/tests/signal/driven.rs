@@ -41,6 +41,8 @@ pub(crate) struct Driven {
     /// Damping of the first mode at its steady amplitude without it, over that at small amplitude, less 1: it
     /// grows with the amplitude.
     pub(crate) excess: f64,
+    /// As which power of it.
+    pub(crate) power: i32,
     /// Whether all modes have the shape of the first one.
     pub(crate) alike: bool,
 }
@@ -67,6 +69,7 @@ impl Driven {
             coasts_hz: None,
             channels: 6,
             excess: 0.0,
+            power: 1,
             alike: false,
         }
     }
@@ -90,7 +93,8 @@ impl Driven {
                 } else {
                     s
                 };
-                let s_now = if k == 0 { s_now + s.re * self.excess * q.norm() / self.ratio } else { s_now };
+                let grown = || self.excess * (q.norm() / self.ratio).powi(self.power);
+                let s_now = if k == 0 { s_now + s.re * grown() } else { s_now };
                 let mut next = q * (s_now * (to - from)).exp();
                 for &(on, off) in &self.switched {
                     let (a, b) = (from.max(on), to.min(off));

@@ -1,0 +1,148 @@
+//! Copies of one record under several names: a file that was cut, scaled, converted or saved again.
+//!
+//! What a fit leaves of a record is white noise, and hum of which it does not know, which records may share.
+//! Second differences from row to row are free of that. Of n of them, those of independent white noise have a
+//! correlation a'b/(|a| |b|) about zero with the standard deviation sqrt(1.94/n), because the correlations of
+//! neighbours are -4/6 and 1/6 (Bartlett). A copy keeps its noise, whatever its scale is and where it ends.
+//! The mean over a record and its copies is no better than the record.
+
+use super::fitted::{Fitted, PingOfRecord};
+use rijke_numerics::words::counted;
+use rijke_rig::{RecordItem, RecordSet, Rejection};
+
+/// Correlation of noise beyond which it is the same: a file of steps of three of its deviations keeps this
+/// much of it.
+const SAME: f64 = 0.7;
+/// Fewest samples that tell: chance then reaches [`SAME`] in eight standard deviations.
+const FEWEST: usize = 256;
+/// Standard deviations by which no arrival of a copy of a click differs.
+const EQUAL: f64 = 1e-4;
+/// Rows by which the decay of a copy may have been found earlier or later.
+const SHIFT: usize = 4;
+
+/// Makes of every record that is a copy of an earlier one of its point a rejection, and says how many there
+/// are.
+pub(super) fn leave_out_copies(
+    set: &RecordSet,
+    jobs: &[RecordItem],
+    fitted: &mut [Fitted],
+) -> Option<String> {
+    let mut copies: Vec<(usize, usize, String)> = Vec::new();
+    let mut first = 0;
+    for same_point in jobs.chunk_by(|a, b| a.point() == b.point()) {
+        let mut originals: Vec<usize> = Vec::new();
+        for k in first..first + same_point.len() {
+            match originals.iter().find_map(|o| Some((*o, why_same(&fitted[*o], &fitted[k])?))) {
+                Some((original, why)) => copies.push((k, original, why)),
+                None => originals.push(k),
+            }
+        }
+        first += same_point.len();
+    }
+    let (first, original, _) = copies.first()?;
+    let (name, of) = (jobs[*first].name(set), jobs[*original].name(set));
+    let are = if copies.len() == 1 { "is a copy of another one" } else { "are copies of others" };
+    let left = if copies.len() == 1 { "is left out" } else { "are left out" };
+    let said = format!(
+        "{} of {} {are} of the same point, and {left} (rejections.csv): the mean over copies is no better than one of them. The first, {name}, is a \
+         copy of {of}. Give the records that were meant, or delete the copies",
+        copies.len(),
+        counted(jobs.len(), "record")
+    );
+    for (k, original, why) in copies {
+        let reason = format!("a copy of {}: {why}", jobs[original].name(set));
+        fitted[k] = Fitted::Copy(Rejection { record: jobs[k].name(set).to_owned(), reason });
+    }
+    Some(said)
+}
+
+/// Why one of two records is a copy of the other, if it is.
+fn why_same(a: &Fitted, b: &Fitted) -> Option<String> {
+    match (a, b) {
+        (Fitted::Ping(Ok(a), _), Fitted::Ping(Ok(b), _)) => {
+            let r = correlation(a, b).filter(|r| *r > SAME)?;
+            Some(format!(
+                "the noise of both is the same (correlation {r:.3}; of independent records it is zero)"
+            ))
+        }
+        (Fitted::Click(Ok(Some((a, _)))), Fitted::Click(Ok(Some((b, _))))) => {
+            let far = |m: usize| EQUAL * a.covariance[(m, m)].sqrt();
+            let times = || a.arrival_times.iter().zip(&b.arrival_times).enumerate();
+            let same = times().count() > 1 && times().all(|(m, (a, b))| (a - b).abs() <= far(m));
+            same.then(|| "all arrivals are the same, and so is their noise".to_owned())
+        }
+        _ => None,
+    }
+}
+
+/// The largest correlation of the noise of two pings; none where they have other channels, or too little of
+/// it.
+fn correlation(a: &PingOfRecord, b: &PingOfRecord) -> Option<f64> {
+    (a.live == b.live).then(|| largest(&a.noise, &b.noise, a.live.len()))?
+}
+
+/// The same of samples of so many channels, row by row.
+fn largest(a: &[f32], b: &[f32], channels: usize) -> Option<f64> {
+    if a.len().min(b.len()) < FEWEST + (SHIFT + 2) * channels {
+        return None;
+    }
+    let [a, b] = [a, b].map(|x| {
+        let second = |n: usize| x[n] - 2.0 * x[n + channels] + x[n + 2 * channels];
+        (0..x.len() - 2 * channels).map(second).collect::<Vec<f32>>()
+    });
+    let shifted = |rows: usize| {
+        let from = rows * channels;
+        [along(&a[from..], &b), along(&a, &b[from..])]
+    };
+    (0..=SHIFT).flat_map(shifted).max_by(f64::total_cmp)
+}
+
+fn along(a: &[f32], b: &[f32]) -> f64 {
+    let (mut aa, mut bb, mut ab) = (0.0, 0.0, 0.0);
+    for (a, b) in a.iter().zip(b).map(|(a, b)| (f64::from(*a), f64::from(*b))) {
+        (aa, bb, ab) = (aa + a * a, bb + b * b, ab + a * b);
+    }
+    if aa * bb > 0.0 { ab / (aa * bb).sqrt() } else { 0.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand_distr::{Distribution, StandardNormal};
+    use rijke_numerics::{Matrix, Streams};
+    use rijke_rig::Click;
+
+    #[test]
+    fn exact_the_same_noise_is_found_whatever_its_scale_and_start() {
+        // And a loud hum that all records have.
+        let of = |seed: u64, from: usize, scale: f32| -> Vec<f32> {
+            let mut stream = Streams::new(seed).stream("copies");
+            let mut normal = || -> f32 { StandardNormal.sample(&mut stream) };
+            let hum = |n: usize| 3.0 * (0.05 * (n / 3) as f32).sin();
+            let noise = (0..1010).map(|n| hum(n) + normal());
+            noise.skip(from).take(1000).map(|v| scale * v).collect()
+        };
+        let a = of(1, 0, 1.0);
+        for (from, scale) in [(0, 1.0), (0, 2e-3), (6, 1.0)] {
+            let b = of(1, from, scale);
+            assert!((largest(&a, &b, 3).unwrap() - 1.0).abs() < 1e-6);
+            assert!((largest(&b, &a, 3).unwrap() - 1.0).abs() < 1e-6);
+        }
+        assert!(largest(&a, &of(2, 0, 1.0), 3).unwrap() < 0.3);
+        // Too little of it.
+        assert_eq!(largest(&a[..200], &a[..200], 3), None);
+    }
+
+    #[test]
+    fn exact_a_click_that_arrives_as_another_one_did_is_its_copy() {
+        let click = |late: f64| {
+            let arrival_times = vec![1e-3 + late, 2e-3, 3e-3];
+            Fitted::Click(Ok(Some((
+                Click { arrival_times, covariance: Matrix::diagonal(&[1e-14; 3]) },
+                Vec::new(),
+            ))))
+        };
+        assert!(why_same(&click(0.0), &click(0.0)).is_some());
+        assert!(why_same(&click(0.0), &click(1e-9)).is_none());
+    }
+}
