@@ -35,8 +35,8 @@ const NAMED: usize = 5;
 impl Study {
     /// Names of factors that are nearly reserved ones, points that no stage takes because they lack a factor,
     /// ambient temperatures in degC whose number is that of a room in K, ducts so cold that degC were meant,
-    /// microphones at one place, elements at one place, and sizes that no rig has: each in a sentence with file
-    /// and remedy.
+    /// microphones or elements at one place, and sizes that no rig has: each in a sentence with file and
+    /// remedy.
     #[must_use]
     pub fn doubtful(&self) -> Vec<String> {
         let mut all = self.campaign.nearly_reserved();

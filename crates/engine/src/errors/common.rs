@@ -4,8 +4,8 @@ use super::{BaseErrors, Changes, Learned};
 use crate::gaussian::{Training, handed_on};
 use crate::observed::{Observed, Used, same_installation};
 use crate::{EngineError, NamedGaussian};
-use rijke_inference::{Forward, ForwardError, Parameter, Prediction, Prior};
-use rijke_numerics::{Matrix, Order, principal_directions};
+use rijke_inference::{Parameter, Prior};
+use rijke_numerics::{Matrix, principal_directions};
 use rijke_study::Cause;
 
 /// The errors that all installations have in common: those of the flow's own parameters, say, which one
@@ -258,49 +258,13 @@ fn name(k: usize) -> String {
     format!("error of the base states {}", k + 1)
 }
 
-/// A model with errors that its points share, to first order; they are parameters after its `own`.
-pub(crate) struct Carried<'a> {
-    pub(crate) inner: &'a dyn Forward,
-    pub(crate) own: usize,
-    pub(crate) slopes: &'a Matrix,
-}
-
-impl Forward for Carried<'_> {
-    fn predict(&self, parameters: &[f64], order: Order) -> Result<Prediction, ForwardError> {
-        let (own, errors) = parameters.split_at(self.own);
-        let Prediction { mut values, jacobian, curvature } = self.inner.predict(own, order)?;
-        for (row, value) in values.iter_mut().enumerate() {
-            *value += errors.iter().enumerate().map(|(k, e)| self.slopes[(row, k)] * e).sum::<f64>();
-        }
-        let p = parameters.len();
-        let jacobian = if order >= Order::First {
-            Matrix::from_fn(values.len(), p, |row, i| {
-                if i < self.own { jacobian[(row, i)] } else { self.slopes[(row, i - self.own)] }
-            })
-        } else {
-            jacobian
-        };
-        let (inner_triangle, triangle) = (self.own * (self.own + 1) / 2, p * (p + 1) / 2);
-        // A model without parameters of its own has no second derivatives to give.
-        let bends = order == Order::Second && (self.own == 0 || !curvature.is_empty());
-        let mut bent = vec![0.0; if bends { values.len() * triangle } else { 0 }];
-        if inner_triangle > 0 && bends {
-            for (to, from) in bent.chunks_mut(triangle).zip(curvature.chunks(inner_triangle)) {
-                to[..inner_triangle].copy_from_slice(from);
-            }
-        }
-        Ok(Prediction { values, jacobian, curvature: bent })
-    }
-
-    fn highest_order(&self) -> Order {
-        self.inner.highest_order()
-    }
-}
-
 #[cfg(test)]
 mod tests {
+    use super::super::carried::Carried;
     use super::*;
     use rijke_inference::{Data, MapOptions, NoiseGroup, Observation, Parameters, Posterior};
+    use rijke_inference::{Forward, ForwardError, Prediction};
+    use rijke_numerics::Order;
 
     /// Two parameters, six numbers: y = A a, and a bend of the first parameter.
     struct Bent;
@@ -367,31 +331,6 @@ mod tests {
             }
         }
         assert!(covariance[(3, 3)] < 0.9, "the data say something of the errors: {values:?} {covariance:?}");
-    }
-
-    /// No parameters.
-    struct Known;
-
-    impl Forward for Known {
-        fn predict(&self, _: &[f64], _: Order) -> Result<Prediction, ForwardError> {
-            let jacobian = Matrix::from_fn(6, 0, |_, _| 0.0);
-            Ok(Prediction { values: vec![0.1; 6], jacobian, curvature: Vec::new() })
-        }
-    }
-
-    #[test]
-    fn oracle_errors_of_a_model_without_parameters_against_their_covariance() {
-        let common = common();
-        let carried = Carried { inner: &Known, own: 0, slopes: common.slopes() };
-        let (evidence, ..) = posterior_of(&carried, common.parameters(), None);
-        let shared = common.slopes.product(&common.slopes.transpose());
-        let covariance = shared.plus(0.04, &Matrix::identity(6));
-        let factor = rijke_numerics::Cholesky::new(&covariance).unwrap();
-        let left: Vec<f64> = [0.9, -0.2, 1.3, 0.1, 0.7, 0.4].iter().map(|y| y - 0.1).collect();
-        let white = factor.whiten(&left);
-        let ln_two_pi = 6.0 * (2.0 * std::f64::consts::PI).ln();
-        let exact = -0.5 * (white.iter().map(|w| w * w).sum::<f64>() + factor.ln_det() + ln_two_pi);
-        assert!((evidence - exact).abs() < 1e-9, "{evidence} {exact}");
     }
 
     #[test]

@@ -4,6 +4,7 @@
 
 mod assemblies;
 mod base;
+mod carried;
 mod channels;
 mod common;
 mod law;
@@ -12,7 +13,8 @@ mod varying;
 
 pub(crate) use assemblies::{Assemblies, Learned, OF_INSTALLATION};
 pub(crate) use base::{BaseErrors, Changes, changes, changes_by_factors, of_drift};
+pub(crate) use carried::Carried;
 pub(crate) use channels::{Channels, Heard};
-pub(crate) use common::{Carried, Common};
+pub(crate) use common::Common;
 pub(crate) use law::LawErrors;
 pub(crate) use varying::{Scatter, any_varies};
