@@ -154,7 +154,7 @@ pub(super) fn ties_in_words(ties: &[Tie]) -> Vec<String> {
             (microphone.to_string(), "no pressure of it")
         };
         format!(
-            "{who} has one polarity in {} and the opposite one in {}: no more say the one than the other, nothing is turned, and {} {have} {what} \
+            "{who} has one polarity in {} and the opposite one in {}: neither has the majority, so that nothing is turned, and {} {have} {what} \
              (corrections.csv lists the records). Look how it was wired, and leave out of `pings` the records in which it was wrong; where two \
              channels were exchanged, give the `channels` of these files in an [[exception]] of the manifest",
             some_of(one),
