@@ -71,9 +71,8 @@ impl MadeOf {
     fn changed(made: &Path, now: impl Fn() -> io::Result<Self>) -> Vec<String> {
         let before = rijke_numerics::read_text(&made.join(Self::FILE)).ok();
         let before = before.and_then(|text| serde_json::from_str::<Self>(&text).ok());
-        let (Some(Self(before)), Ok(Self(now))) = (before.filter(|_| made.is_dir()), now()) else {
-            return Vec::new();
-        };
+        let Some(Self(before)) = before.filter(|_| made.is_dir()) else { return Vec::new() };
+        let Ok(Self(now)) = now() else { return Vec::new() };
         let names: BTreeSet<&String> = before.keys().chain(now.keys()).collect();
         names.into_iter().filter(|name| before.get(*name) != now.get(*name)).cloned().collect()
     }

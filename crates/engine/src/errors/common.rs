@@ -262,8 +262,9 @@ fn name(k: usize) -> String {
 mod tests {
     use super::super::carried::Carried;
     use super::*;
-    use rijke_inference::{Data, MapOptions, NoiseGroup, Observation, Parameters, Posterior};
-    use rijke_inference::{Forward, ForwardError, Prediction};
+    use rijke_inference::{
+        Data, Forward, ForwardError, MapOptions, NoiseGroup, Observation, Parameters, Posterior, Prediction,
+    };
     use rijke_numerics::Order;
 
     /// Two parameters, six numbers: y = A a, and a bend of the first parameter.

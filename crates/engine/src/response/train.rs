@@ -215,7 +215,7 @@ impl Training<'_> {
         if !self.stage.checked && self.starts.is_empty() {
             let fit = self.fit(heard, start)?;
             let laplace = posterior.laplace(&fit)?;
-            ended(&fit.stop, &laplace)?;
+            ended(&fit.stop, laplace.decrement)?;
             let evidence = laplace.evidence;
             let early = (!fit.stop.converged()).then(|| format!("the search stopped early: {}", fit.stop));
             let warnings = early.into_iter().collect();
@@ -252,7 +252,7 @@ impl Training<'_> {
         }
         let assessed = posterior.assess(&options)?;
         let laplace = assessed.laplace.or_else(|_| posterior.laplace(&assessed.fit))?;
-        ended(&assessed.fit.stop, &laplace)?;
+        ended(&assessed.fit.stop, laplace.decrement)?;
         let evidence = assessed.evidence.unwrap_or(laplace.evidence);
         let names: Vec<String> = self.parameters.list().iter().map(|p| p.name.clone()).collect();
         let beside = assessed.maxima[1..].iter().filter_map(|m| GroundMaximum::of(&names, m)).collect();
@@ -292,11 +292,7 @@ impl Objective for AboutItself<'_, '_> {
 }
 
 /// Refuses a search that ended where there is still something to gain: its evidence is no number to rank by.
-fn ended(stop: &Stop, laplace: &Laplace) -> Result<(), EngineError> {
-    ended_by(stop, laplace.decrement)
-}
-
-fn ended_by(stop: &Stop, decrement: f64) -> Result<(), EngineError> {
+fn ended(stop: &Stop, decrement: f64) -> Result<(), EngineError> {
     if left_to_gain(stop, decrement) {
         return Err(EngineError::Unsettled { what: format!("the search stopped early: {stop}") });
     }
@@ -306,7 +302,7 @@ fn ended_by(stop: &Stop, decrement: f64) -> Result<(), EngineError> {
 /// Refuses a search whose evaluations were used up before its end: one that begins there goes no further.
 fn capped(stop: &Stop) -> Result<(), EngineError> {
     match stop {
-        Stop::EvaluationCap { .. } => ended_by(stop, f64::NAN),
+        Stop::EvaluationCap { decrement } => ended(stop, *decrement),
         _ => Ok(()),
     }
 }

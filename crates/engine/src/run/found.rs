@@ -192,14 +192,11 @@ impl ExactLengths {
             // A hundredth of a millimetre is the finest that anybody measures a duct by.
             let mm = 1e3 * m.by;
             let digits = if mm.abs() < 1.0 { 2 } else { 0 };
-            format!("{mm:+.digits$} mm on the {} adds one to {}", m.what, m.parameter)
+            format!("{mm:+.digits$} mm on the {} raises {} by one standard deviation", m.what, m.parameter)
         };
         match &moving[..] {
             [] => said,
-            some => format!(
-                "{said}; in standard deviations of its parameters, {}",
-                some.iter().map(moves).collect::<Vec<_>>().join(", ")
-            ),
+            some => format!("{said}; in {leader}, {}", some.iter().map(moves).collect::<Vec<_>>().join(", ")),
         }
     }
 }

@@ -76,7 +76,10 @@ pub(super) fn set_polarity(
         if 2 * opposite.len() > signs.len() {
             signs.iter_mut().for_each(|s| *s = -*s);
         } else {
-            sides.push((*m, [usual, opposite]));
+            // In the order of their records, whichever is called usual.
+            let mut both = [usual, opposite];
+            both.sort_by_key(|side| side.first().copied());
+            sides.push((*m, both));
             signs.fill(1);
         }
     }
@@ -92,11 +95,8 @@ pub(super) fn set_polarity(
         turn(ping, &others, &wrong);
         found.corrections.push(rejection(&names[*repeat], &Fault::Inverted(channel.into()).called(called)));
     }
-    let split = |s: &[Vec<usize>; 2]| s[0].first().min(s[1].first()) == s[0].first();
-    let ordered = |s: &[Vec<usize>; 2]| if split(s) { s.clone() } else { [s[1].clone(), s[0].clone()] };
-    let together = sides.len() > 1
-        && sides.len() == others.len()
-        && sides.iter().all(|(_, s)| ordered(s) == ordered(&sides[0].1));
+    let together =
+        sides.len() > 1 && sides.len() == others.len() && sides.iter().all(|(_, s)| *s == sides[0].1);
     let named = if together { &sides[..1] } else { &sides[..] };
     for (m, s) in named {
         let files = |k: &usize| names[pings[*k].0].clone();
@@ -104,7 +104,7 @@ pub(super) fn set_polarity(
             microphone: called[if together { reference } else { *m }].clone(),
             is_reference: together,
             point: point.to_owned(),
-            sides: ordered(s).map(|side| side.iter().map(files).collect()),
+            sides: s.each_ref().map(|side| side.iter().map(files).collect()),
         };
         let reason = format!(
             "left out: {} has one polarity in some pings of this point, and the opposite one in as many",

@@ -215,6 +215,12 @@ impl RigAtPoint {
         self.ducts.iter().map(DuctAt::widest).fold(0.0, f64::max)
     }
 
+    /// Whether two parts, by number, act at one place.
+    pub(crate) fn are_at_one_place(&self, a: usize, b: usize) -> bool {
+        let (PartAt::Places(a), PartAt::Places(b)) = (&self.parts[a], &self.parts[b]) else { return false };
+        a.iter().any(|x| b.iter().any(|y| (x - y).abs() <= SAME * self.length))
+    }
+
     /// The places of a kind of place, and the share of the law at each; along a stretch nothing.
     #[must_use]
     pub fn places(&self, place: &Place) -> Vec<(f64, f64)> {
