@@ -1,6 +1,7 @@
 //! Modes of rigs: against network files that say the same, and, of rigs of unknown shape, against those with
 //! numbers in their place.
 
+use crate::common::tube::TUBE;
 use rijke_engine::run::{Run, Trusted};
 use rijke_engine::{Assembly, Conditions, PointModel};
 use rijke_network::Workspace;
@@ -142,6 +143,46 @@ fn oracle_unknown_lengths_have_the_modes_of_known_ones() {
             }
         }
     }
+}
+
+/// A factor puts the burner between plenum and chamber; without it these stand side by side, with the flame
+/// between them.
+#[test]
+fn exact_a_duct_is_there_where_its_factor_says() {
+    let burner = "[[element]]\nname = \"burner\"\ntype = \"duct\"\nlength = 0.12\ndiameter = 0.032\nwall = \"kirchhoff\"\n";
+    let table = |there: &str| {
+        TABLE.replace("frequency_sd", "frequency_sd,spool").replace("0.2\n", &format!("0.2,{there}\n"))
+    };
+    let opened = |name: &str, rig: &str, table: &str| {
+        let [rig, table] = files(name, rig, table);
+        OneTable::read(&rig, &table).unwrap().study().unwrap().0
+    };
+    // The chamber's length known and unknown: both ways to a network.
+    for (length, unknowns, values) in [
+        ("0.5", "", &[0.4][..]),
+        ("\"$chamber_length\"", UNKNOWNS.split_inclusive("}\n").next().unwrap(), &[0.4, 0.5]),
+    ] {
+        let with = rig(["2e-4", length, "0.07", "1350"]) + unknowns;
+        let (without, may_have) = (
+            with.replace(burner, ""),
+            with.replace("\"burner\"\ntype", "\"burner\"\npresent = \"spool\"\ntype"),
+        );
+        assert!(without != with && may_have != with);
+        for (there, fixed) in [("1", &with), ("0", &without), ("", &without)] {
+            let [found, expected] = [&may_have, fixed].map(|rig| opened("spool", rig, &table(there)));
+            let expected = numbers(&expected, values, NEAR[0]);
+            let found = numbers(&found, values, expected[0] + C64::new(0.3, -0.4));
+            for (found, expected) in found.iter().zip(&expected) {
+                assert!((found - expected).norm() < 1e-11 * expected.norm().max(1.0), "{found} {expected}");
+            }
+        }
+    }
+    // A rig of which nothing is there is none.
+    let only =
+        TUBE.replace("type = \"duct\"", "present = \"spool\"\ntype = \"duct\"").replace("\"x\"", "1.0");
+    let study = opened("nothing", &only, &table("0"));
+    let said = study.rig.at(&study.campaign.points[0], 293.15).unwrap_err().to_string();
+    assert!(said.contains("look at the factors that their `present` names"), "{said}");
 }
 
 #[test]

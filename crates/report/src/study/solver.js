@@ -196,9 +196,10 @@ const solver = (model) => {
     n[AMBIENT] = between((state) => state.ambient);
     parts.forEach((part) => part.numbers.forEach(([name, value]) => { n[name] = value(n); }));
     const ducts = [], places = [];
+    const absent = (part) => part.present !== null && !(n[part.present] > 0);
     let end = 0;
     parts.forEach((part, k) => {
-      if (part.shape !== 'duct') return;
+      if (part.shape !== 'duct' || absent(part)) return;
       const [length, from, to] = part.at.map((value) => value(n));
       ducts.push({ part: k, span: [end, end + length], area: [from, to], pieces: part.pieces[from === to ? 0 : 1] });
       end += length;
@@ -209,7 +210,7 @@ const solver = (model) => {
       const duct = ducts.find((d) => d.part === k);
       if (duct) { before = duct.span[1]; places.push({ span: duct.span }); continue; }
       const at = part.at.map((value) => value(n));
-      if ((part.present !== null && !(n[part.present] > 0)) || at.some(Number.isNaN)) places.push({});
+      if (absent(part) || at.some(Number.isNaN)) places.push({});
       else if (part.shape === 'insert') places.push({ span: [Math.min(...at), Math.max(...at)] });
       else places.push({ at: at.length ? at : [before] });
     }

@@ -16,7 +16,8 @@ pub struct Part {
     pub shape: Shape,
     /// Its numbers: place in the scope, and value.
     pub numbers: Vec<(usize, Value)>,
-    /// The place in the scope of the factor that says whether it is there; always if none.
+    /// The place in the scope of the factor that says whether it is there; always if none. A duct that is not
+    /// there has no length.
     pub present: Option<usize>,
     /// Standard deviation of relative pressures within one radius of the duct of it, where the wave is no
     /// plane one; none if its near field is not felt.
@@ -34,6 +35,11 @@ pub(crate) struct Hole {
 }
 
 impl Part {
+    /// Whether it is there, where the names of the scope have these values.
+    pub(super) fn is_there(&self, numbers: &[f64]) -> bool {
+        self.present.is_none_or(|factor| numbers[factor] > 0.0)
+    }
+
     /// Whether it is a duct of which a temperature, the ratio of specific heats or the gas constant names
     /// unknowns.
     #[must_use]

@@ -19,7 +19,7 @@ pub struct RigAtPoint {
     pub numbers: Vec<f64>,
     /// Total length, m.
     pub length: f64,
-    /// The ducts, from upstream to downstream.
+    /// The ducts that are there, from upstream to downstream.
     pub ducts: Vec<DuctAt>,
     /// For every part, where it is.
     pub parts: Vec<PartAt>,
@@ -97,6 +97,9 @@ impl Rig {
         let mut end = 0.0;
         for (k, part) in self.parts.iter().enumerate() {
             let Shape::Duct(duct) = &part.shape else { continue };
+            if !part.is_there(&numbers) {
+                continue;
+            }
             let length = duct.length.at(&numbers);
             let [area, area_end] = [0, 1].map(|i| duct.area[i].at(&numbers));
             for (key, value) in [("length", length), ("area", area), ("area_end", area_end)] {
@@ -122,18 +125,21 @@ impl Rig {
             ducts.push(DuctAt { part: k, span, area: [area, area_end], temperatures, gas, pieces });
             end += length;
         }
+        if ducts.is_empty() {
+            let need = "at least one of them must be there: look at the factors that their `present` names";
+            return Err(StudyProblem::Empty { what: "duct at this point", need });
+        }
         numbers[LENGTH] = end;
         let mut before = 0.0;
         let mut parts = Vec::with_capacity(self.parts.len());
         for part in &self.parts {
-            let there = part.present.is_none_or(|factor| numbers[factor] > 0.0);
             parts.push(match &part.shape {
+                _ if !part.is_there(&numbers) => PartAt::Absent,
                 Shape::Duct(_) => {
                     let duct = ducts.iter().find(|d| d.part == parts.len());
                     before = duct.map_or(before, |d| d.span[1]);
                     PartAt::Stretch(duct.map_or([0.0; 2], |d| d.span))
                 }
-                _ if !there => PartAt::Absent,
                 Shape::Device(at) => {
                     let places: Vec<f64> = if at.is_empty() {
                         vec![before]
