@@ -19,9 +19,27 @@ pub struct Conditions {
     pub layout: RigAtPoint,
     /// The gas along the ducts.
     pub base: PointState,
-    /// For each factor that is not known exactly its cause of error, and the conditions with the factor moved
-    /// by a fiftieth of its standard deviation.
-    pub displaced: Vec<(Cause, Arc<Conditions>)>,
+    /// For each factor that is not known exactly what its error does.
+    pub displaced: Vec<Displaced>,
+}
+
+impl Displaced {
+    /// Standard deviations of the factor at [`Displaced::far`].
+    pub const FAR: [f64; 4] = [-1.0, 1.0, -2.0, 2.0];
+}
+
+/// The conditions of a point with a factor at other values.
+#[derive(Clone, Debug)]
+pub struct Displaced {
+    /// The error of the factor, and who shares it.
+    pub cause: Cause,
+    /// The standard deviation of the factor over its value.
+    pub relative: f64,
+    /// With the factor moved by a fiftieth of its standard deviation.
+    pub near: Arc<Conditions>,
+    /// With the factor so many of its standard deviations away as [`Displaced::FAR`] says, where the rig and
+    /// its gas can be so.
+    pub far: Option<[Arc<Conditions>; 4]>,
 }
 
 impl Conditions {

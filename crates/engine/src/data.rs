@@ -8,6 +8,7 @@ use crate::{Conditions, EngineError};
 use rijke_inference::{Data, Observation, relative_noise};
 use rijke_numerics::Matrix;
 use rijke_study::{PartAt, Rig};
+use std::collections::BTreeMap;
 
 /// The data, and for each of their numbers its place in the prediction.
 pub(crate) type Ordered = (Data, Vec<usize>);
@@ -22,6 +23,29 @@ pub(crate) struct Blocks<'a> {
     pub(crate) scatter: &'a [Scatter],
     /// Errors of assemblies that an earlier stage knows: they are no noise.
     pub(crate) assemblies: &'a Assemblies,
+}
+
+/// Most numbers of points that share a cause of error in one block.
+const TOGETHER: usize = 64;
+
+/// Whether all that was measured at points that share causes of error is one block of data.
+pub(crate) fn is_one_block(group: &[usize], used: &[Used]) -> bool {
+    group.iter().map(|&p| used[p].rows.len()).sum::<usize>() <= together()
+}
+
+/// For each observation whether its numbers are in one block with those of all that share its causes of
+/// error.
+pub(crate) fn in_one_block(errors: &BaseErrors, observed: &[Observed], used: &[Used]) -> Vec<bool> {
+    let mut all = vec![true; observed.len()];
+    for group in errors.together(|a, b| same_installation(&observed[a], &observed[b])) {
+        let one = is_one_block(&group, used);
+        group.into_iter().for_each(|p| all[p] = one);
+    }
+    all
+}
+
+fn together() -> usize {
+    std::env::var("RIJKE_TOGETHER").ok().and_then(|v| v.parse().ok()).unwrap_or(TOGETHER)
 }
 
 impl Blocks<'_> {
@@ -86,10 +110,10 @@ impl Blocks<'_> {
     /// With the errors of the base states as a covariance that does not float, and what points of one
     /// installation share.
     ///
-    /// Growth rates and frequencies of all points that share a cause of error are one block, so that what
-    /// moves them together is known to. The pressures of each point are a block of their own: what the errors
-    /// do to pressures and eigenvalue together is left out, because larger blocks would make the inference
-    /// many times slower.
+    /// All numbers of points that share a cause of error are one block, so that what moves them together is
+    /// known to. Where these are more than [`TOGETHER`], growth rates and frequencies are one block and the
+    /// pressures of each point another: what the errors do to pressures and eigenvalue together is left out,
+    /// because larger blocks would make the inference many times slower.
     ///
     /// # Errors
     /// As [`Blocks::apart`].
@@ -115,54 +139,68 @@ impl Blocks<'_> {
         let offsets = self.offsets();
         let measured = if self.noise.measured { 1.0 } else { 0.0 };
         let (mut blocks, mut order) = (Vec::new(), Vec::new());
-        for group in errors.together(same) {
-            // Each number: its point, its place among those measured there, and its row.
-            let numbers: Vec<(usize, usize, usize)> = group
-                .iter()
-                .flat_map(|&p| self.used[p].of_the_eigenvalue().into_iter().map(move |k| (p, k)))
-                .map(|(p, k)| (p, k, self.used[p].rows[k]))
-                .collect();
-            if numbers.is_empty() {
-                continue;
-            }
+        // Each number of a block: its point, its place among those measured there, and its row.
+        let mut add = |numbers: &[(usize, usize, usize)]| {
             let n = numbers.len();
+            if n == 0 {
+                return;
+            }
             let values = numbers.iter().map(|&(p, k, _)| self.used[p].values[k]).collect();
-            let own = Matrix::from_fn(n, n, |i, j| {
-                let ((p, a, _), (q, b, _)) = (numbers[i], numbers[j]);
-                if p == q { self.used[p].covariance[(a, b)] } else { 0.0 }
-            });
             let rows: Vec<(usize, usize)> = numbers.iter().map(|&(p, _, row)| (p, row)).collect();
-            let names: Vec<&str> = group.iter().map(|&p| self.observed[p].conditions.id.as_str()).collect();
-            let of = |row: usize| -> Vec<usize> { (0..n).filter(|&i| numbers[i].2 == row).collect() };
+            let mut names: Vec<&str> =
+                rows.iter().map(|&(p, _)| self.observed[p].conditions.id.as_str()).collect();
+            names.dedup();
+            // A matrix among the numbers of one point, of which it may have only those of pressures.
+            let within = |of: &dyn Fn(usize, usize, usize) -> f64| {
+                Matrix::from_fn(n, n, |i, j| {
+                    let ((p, a, _), (q, b, _)) = (numbers[i], numbers[j]);
+                    if p == q { of(p, a, b) } else { 0.0 }
+                })
+            };
+            let of_pressures = |of: &dyn Fn(usize) -> Option<Matrix>| {
+                let each: BTreeMap<usize, Option<Matrix>> = rows.iter().map(|&(p, _)| (p, of(p))).collect();
+                let row = |p: usize, k: usize| self.used[p].rows[k].checked_sub(2);
+                within(&|p, a, b| match (row(p, a), row(p, b), &each[&p]) {
+                    (Some(a), Some(b), Some(matrix)) => matrix[(a, b)],
+                    _ => 0.0,
+                })
+            };
+            let of = |row: usize| -> Vec<usize> { (0..n).filter(|&i| rows[i].1 == row).collect() };
             let shared = |row: usize| {
                 Matrix::from_fn(n, n, |i, j| {
-                    let ((a, _, r), (b, _, s)) = (numbers[i], numbers[j]);
+                    let ((a, r), (b, s)) = (rows[i], rows[j]);
                     let own = r == row && s == row && (a == b || same(a, b));
                     f64::from(u8::from(own && !knows(row, a)))
                 })
             };
-            let block = Observation::new(names.join(" "), values)
-                .with_floor(errors.covariance(&rows).plus(measured, &own))
-                .with_independent_noise(0, &of(0))
-                .with_independent_noise(1, &of(1));
-            let installations = groups.installation.into_iter().flatten().zip([shared(0), shared(1)]);
-            blocks.push(with(block, installations.chain(varying(&rows))));
+            let own = within(&|p, a, b| self.used[p].covariance[(a, b)]);
+            let mut block = Observation::new(names.join(" "), values)
+                .with_floor(errors.covariance(&rows).plus(measured, &own));
+            if rows.iter().any(|(_, row)| *row < 2) {
+                block = block.with_independent_noise(0, &of(0)).with_independent_noise(1, &of(1));
+                let installations = groups.installation.into_iter().flatten();
+                block = with(block, installations.enumerate().map(|(k, group)| (group, shared(k))));
+            }
+            if rows.iter().any(|(_, row)| *row >= 2) {
+                let noise = of_pressures(&|p| Some(relative_noise(&self.used[p].pressures)));
+                let near = groups.near_field.map(|group| (group, of_pressures(&|p| near[p].clone())));
+                block = with(block.with_noise(2, noise), near);
+            }
+            blocks.push(with(block, varying(&rows)));
             order.extend(rows.iter().map(|(p, row)| offsets[*p] + row));
-        }
-        for (p, (o, u)) in self.observed.iter().zip(self.used).enumerate() {
-            let keep = u.of_the_pressures();
-            if keep.is_empty() {
+        };
+        for group in errors.together(same) {
+            let numbers = |wanted: &dyn Fn(usize) -> bool| -> Vec<(usize, usize, usize)> {
+                let of = |&p: &usize| self.used[p].rows.iter().enumerate().map(move |(k, &row)| (p, k, row));
+                group.iter().flat_map(of).filter(|(_, _, row)| wanted(*row)).collect()
+            };
+            if is_one_block(&group, self.used) {
+                add(&numbers(&|_| true));
                 continue;
             }
-            let rows: Vec<(usize, usize)> = keep.iter().map(|&k| (p, u.rows[k])).collect();
-            let own = u.covariance.select(&keep);
-            let block =
-                Observation::new(o.conditions.id.clone(), keep.iter().map(|&k| u.values[k]).collect())
-                    .with_floor(errors.covariance(&rows).plus(measured, &own))
-                    .with_noise(2, relative_noise(&u.pressures));
-            let near = groups.near_field.zip(near[p].clone());
-            blocks.push(with(block, near.into_iter().chain(varying(&rows))));
-            order.extend(rows.iter().map(|(_, row)| offsets[p] + row));
+            add(&numbers(&|row| row < 2));
+            let pressures = numbers(&|row| row >= 2);
+            pressures.chunk_by(|a, b| a.0 == b.0).for_each(&mut add);
         }
         Ok((Data::new(blocks, groups.list)?, order))
     }

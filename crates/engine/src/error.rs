@@ -274,6 +274,14 @@ pub enum EngineError {
         /// Why it stopped.
         stop: Stop,
     },
+    /// The most probable parameters are known, and the evidence is not.
+    #[error("{model}: {why}")]
+    NoEvidence {
+        /// The candidates.
+        model: String,
+        /// Why, and the remedy.
+        why: String,
+    },
     /// Propagation constants of waves where nothing can use them.
     #[error("`{candidate}` states propagation constants (forward, backward), {problem}")]
     Waves {

@@ -24,7 +24,7 @@ pub mod told;
 mod training;
 
 pub use assembly::Assembly;
-pub use conditions::Conditions;
+pub use conditions::{Conditions, Displaced};
 pub use error::EngineError;
 pub use gaussian::{NamedGaussian, Training};
 pub use noise::{Added, LawError, Misfit, Noise, Varying};

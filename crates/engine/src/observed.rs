@@ -89,11 +89,6 @@ impl Used {
         ModeRows::count(self.others.len())
     }
 
-    /// Places among the measured numbers of growth rate (0) and frequency (1).
-    pub(crate) fn of_the_eigenvalue(&self) -> Vec<usize> {
-        (0..self.rows.len()).filter(|&k| self.rows[k] < 2).collect()
-    }
-
     /// Places among the measured numbers of the pressures.
     pub(crate) fn of_the_pressures(&self) -> Vec<usize> {
         (0..self.rows.len()).filter(|&k| self.rows[k] >= 2).collect()

@@ -1,10 +1,10 @@
 //! From observations to the most probable parameters and the evidence.
 
-use crate::data::Blocks;
+use crate::data::{Blocks, in_one_block};
 use crate::delays::delays;
 use crate::errors::{
-    Assemblies, BaseErrors, Carried, Channels, Common, Heard, LawErrors, Learned, OF_INSTALLATION, Scatter,
-    any_varies, of_drift,
+    Assemblies, BaseErrors, Bends, Carried, Channels, Common, Heard, LawErrors, Learned, OF_INSTALLATION,
+    Scatter, any_varies, of_drift,
 };
 use crate::gaussian::{NamedGaussian, Training};
 use crate::observed::{Observed, Used};
@@ -61,13 +61,13 @@ pub struct Trained {
 /// Errors that several points share and that stayed a covariance in a training.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct OfSeveral {
-    /// What growth rates and frequencies tell of them: predictions have it. In the covariance of the data the
-    /// pressures of each point have errors of their own.
+    /// What the data tell of them: predictions have it. Where points are too many for one block, growth rates
+    /// and frequencies alone: there the pressures of each point have errors of their own in the covariance.
     pub(crate) learned: Learned,
-    /// The change of every growth rate and frequency per standard deviation of each.
+    /// The change of every such datum per standard deviation of each.
     pub(crate) columns: Vec<Vec<f64>>,
-    /// The change of every datum, pressures too.
-    pub(crate) whole: Vec<Vec<f64>>,
+    /// The change of every datum of points that are too many for one block, pressures too.
+    pub(crate) apart: Vec<Vec<f64>>,
 }
 
 /// Most maxima of a delay beside the best that are named, and how many nats lower they lie at most.
@@ -84,7 +84,7 @@ const BETTER: f64 = 1.0;
 /// Finds the most probable parameters of `assembly`, their covariance and the evidence.
 ///
 /// # Errors
-/// [`EngineError::NotConverged`] with the reason, and whatever the model or the inference cannot survive.
+/// [`EngineError::NotConverged`], [`EngineError::NoEvidence`] with the reason, and whatever the model or the inference cannot survive.
 pub fn train(
     assembly: &Assembly,
     observed: &[Observed],
@@ -145,6 +145,8 @@ pub fn train(
         let (data, order) = blocks.apart()?;
         return fit.finish(&data, order, training.search.clone().from(&rough.parameters), observed.len());
     }
+    let here = predictor.predict(values, Order::Value).ok().filter(|_| of_factors);
+    let bends = here.map_or_else(Bends::default, |here| Bends::of(assembly, observed, used, values, &here));
     // The effect of the errors is taken at `at`, parameters of the model and then of the channels.
     let with_errors = |at: &[f64]| {
         let (values, of_channels) = at.split_at(own);
@@ -158,13 +160,14 @@ pub fn train(
         };
         let errors = errors.and(BaseErrors::of_factors(assembly, observed, used, values)?);
         let errors = if drifts { errors.and(of_drift(observed, used)) } else { errors };
-        let (common, errors) = Common::of(errors, observed, used, training)?;
+        let (common, errors) = Common::of(errors, observed, used, training, &bends)?;
         let alone = !training.base_errors && errors.is_none();
         let (data, order) = if alone { blocks.apart() } else { blocks.together(&errors) }?;
         let shared = [common.parameters(), assemblies.parameters()].concat();
         let slopes = assemblies.behind(common.slopes());
         let parameters = self::parameters(assembly, &shared, &common.known(), channels.as_ref(), training)?;
-        let carried = Carried { inner: &predictor, own, slopes: &slopes };
+        let bent = bends.placed(used, |cause| common.direction_of(cause));
+        let carried = Carried { inner: &predictor, own, slopes: &slopes, bends: &bent };
         let through = Heard::new(&carried, own + shared.len(), channels.as_ref(), observed, used);
         let start = [values, &vec![0.0; shared.len()], of_channels].concat();
         let options = training.search.clone().from(&start);
@@ -173,13 +176,17 @@ pub fn train(
         let Trained { linear, noise, parameters, values, covariance, .. } = &trained;
         let of_parameters = (&**parameters, &**values, covariance);
         let learned = assemblies.learned(linear, noise, of_parameters);
-        let (_, whole) = errors.of_several(observed, used, &linear.1, usize::MAX);
-        let (of_several, columns) = errors.of_several(observed, used, &linear.1, 2);
+        let one_block = in_one_block(&errors, observed, used);
+        let (_, apart) =
+            errors.of_several(observed, used, &linear.1, |p| if one_block[p] { 0 } else { usize::MAX });
+        let (of_several, columns) =
+            errors.of_several(observed, used, &linear.1, |p| if one_block[p] { usize::MAX } else { 2 });
         let (for_predictions, names) = common.with(of_several);
         let sds = vec![1.0; columns.len()];
         let told = Learned::of(&linear.0, names, &columns, &sds, of_parameters);
-        let told = OfSeveral { learned: told, columns, whole };
-        let warnings = common.explained(trained.warnings);
+        let told = OfSeveral { learned: told, columns, apart };
+        let mut warnings = common.explained(trained.warnings);
+        warnings.extend(bends.warning());
         let trained = Trained { learned, told, warnings, common: Some(for_predictions), ..trained };
         let causes = common.learned(&training.causes, own, &trained.gaussian());
         Ok::<_, EngineError>(Trained { causes, ..trained })
@@ -287,6 +294,11 @@ impl Fitting<'_> {
                 let odds = |share: f64| share / found.maxima[0].share;
                 let others = found.maxima.iter().skip(1).filter(|m| odds(m.share) >= IMPROBABLE);
                 elsewhere.extend(others.map(|m| (odds(m.share), m.fit.parameters[..own].to_vec())));
+                // A sampler that was asked has the evidence.
+                if let (Ok(_), Err(why), None) = (&found.laplace, &found.evidence, &found.health.sampler) {
+                    let model = self.assembly.ids().join(" + ");
+                    return Err(EngineError::NoEvidence { model, why: why.clone() });
+                }
                 let mut health = found.health;
                 if !checks.scans.is_empty() {
                     let near =

@@ -191,12 +191,15 @@ impl PointState {
         self.temperature.iter().all(|t| *t == self.temperature[0])
     }
 
-    /// Gas temperature just upstream and just downstream of `x`, K; beyond the ends that of the end.
+    /// Gas temperature just upstream and just downstream of `x`, K; beyond the ends that of the end. A place
+    /// that a file gives as a number is on the border that its lengths add up to, whatever the last digits
+    /// of their sum are.
     #[must_use]
     pub fn temperatures(&self, x: f64) -> [f64; 2] {
         let last = self.places.len() - 1;
-        let before = self.places.partition_point(|p| *p < x).clamp(1, last);
-        let after = self.places.partition_point(|p| *p <= x).clamp(1, last);
+        let slack = SAME * self.places[last];
+        let before = self.places.partition_point(|p| *p < x - slack).clamp(1, last);
+        let after = self.places.partition_point(|p| *p <= x + slack).clamp(1, last);
         [self.between(before, x), self.between(after, x)]
     }
 
@@ -239,6 +242,25 @@ impl PointState {
             state.temperature.iter_mut().zip(&error.temperature).for_each(|(t, d)| *t += z * d);
         }
         state
+    }
+
+    /// The state that is `times` as far away as `near`, on a straight line through it; none if the two have
+    /// other places.
+    #[must_use]
+    pub fn beyond(&self, near: &Self, times: f64) -> Option<Self> {
+        if self.places.len() != near.places.len() || self.numbers.len() != near.numbers.len() {
+            return None;
+        }
+        let along = |from: f64, to: f64| from + times * (to - from);
+        let all = |from: &[f64], to: &[f64]| from.iter().zip(to).map(|(a, b)| along(*a, *b)).collect();
+        let numbers = self.numbers.iter().zip(&near.numbers).map(|(a, b)| (a.0, along(a.1, b.1)));
+        Some(Self {
+            mass_flow: along(self.mass_flow, near.mass_flow),
+            places: all(&self.places, &near.places),
+            temperature: all(&self.temperature, &near.temperature),
+            numbers: numbers.collect(),
+            ..near.clone()
+        })
     }
 
     /// Mean over [from, to] of properties, by three-point Gauss quadrature on each linear piece: errors below

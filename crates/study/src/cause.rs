@@ -60,6 +60,12 @@ impl Cause {
         Self::Factor { name: factor.to_owned(), installation: String::new(), level: String::new() }
     }
 
+    /// The factor of which it is the error, if it is one's.
+    #[must_use]
+    pub fn factor(&self) -> Option<&str> {
+        if let Self::Factor { name, .. } = self { Some(name) } else { None }
+    }
+
     /// Whether its error is that of all installations, wherever they are.
     #[must_use]
     pub fn is_of_many(&self) -> bool {

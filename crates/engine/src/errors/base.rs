@@ -3,13 +3,12 @@
 use super::principal::Principal;
 use crate::observed::{Observed, Used};
 use crate::point::parts;
-use crate::{Assembly, Conditions, EngineError, PointModel};
+use crate::{Assembly, Conditions, Displaced, EngineError, PointModel};
 use rayon::prelude::*;
 use rijke_network::Workspace;
 use rijke_numerics::{C64, InOrder, Matrix, Order};
 use rijke_study::{Cause, PointState, STEP};
 use std::collections::{BTreeMap, BTreeSet};
-use std::sync::Arc;
 
 /// Causes of error of a point, and the change of its prediction per standard deviation of each.
 pub(crate) type Changes = Vec<(Cause, Vec<f64>)>;
@@ -109,6 +108,11 @@ impl BaseErrors {
         (causes, columns, rest)
     }
 
+    /// The causes at a point that are errors of factors.
+    pub(crate) fn of_factors_at(&self, point: usize) -> impl Iterator<Item = &Cause> {
+        self.points[point].iter().map(|(cause, _)| cause).filter(|c| c.factor().is_some())
+    }
+
     /// Points that share a cause, or are `linked`, directly or through others: each list ascends, and every
     /// point is in exactly one.
     pub(crate) fn together(&self, linked: impl Fn(usize, usize) -> bool) -> Vec<Vec<usize>> {
@@ -132,21 +136,21 @@ impl BaseErrors {
         groups
     }
 
-    /// The causes of error of base states and laws that move the first `most` numbers of the predictions of
-    /// several points, and what each does to the data, each a number of the prediction.
+    /// The causes of error of base states and laws that move the predictions of several points in their first
+    /// numbers, `most` of each, and what each does to these of the data, each a number of the prediction.
     pub(crate) fn of_several(
         &self,
         observed: &[Observed],
         used: &[Used],
         data: &[usize],
-        most: usize,
+        most: impl Fn(usize) -> usize,
     ) -> (Vec<Cause>, Vec<Vec<f64>>) {
         let mut place = vec![None; used.iter().map(Used::size).sum()];
         data.iter().enumerate().for_each(|(datum, &number)| place[number] = Some(datum));
         let mut all: BTreeMap<&Cause, (BTreeSet<&str>, Vec<f64>)> = BTreeMap::new();
         let mut offset = 0;
-        for ((list, o), u) in self.points.iter().zip(observed).zip(used) {
-            let measured = (0..u.size().min(most)).filter_map(|row| Some((row, place[offset + row]?)));
+        for (p, ((list, o), u)) in self.points.iter().zip(observed).zip(used).enumerate() {
+            let measured = (0..u.size().min(most(p))).filter_map(|row| Some((row, place[offset + row]?)));
             let measured: Vec<(usize, usize)> = measured.collect();
             offset += u.size();
             for (cause, change) in list.iter().filter(|(cause, _)| !matches!(cause, Cause::Factor { .. })) {
@@ -211,9 +215,9 @@ pub(crate) fn changes_by_factors(
         |conditions: &Conditions, near| predicted(assembly, conditions, near, microphones, values, work);
     let here = predicted(conditions, near)?;
     let near = C64::new(here[0], here[1]);
-    let change = |(cause, moved): &(Cause, Arc<Conditions>)| {
-        let there = predicted(moved, near)?;
-        Ok((cause.clone(), there.iter().zip(&here).map(|(t, h)| (t - h) / STEP).collect()))
+    let change = |moved: &Displaced| {
+        let there = predicted(&moved.near, near)?;
+        Ok((moved.cause.clone(), there.iter().zip(&here).map(|(t, h)| (t - h) / STEP).collect()))
     };
     conditions.displaced.iter().map(change).collect()
 }

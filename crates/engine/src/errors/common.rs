@@ -1,12 +1,14 @@
 //! Errors of the base states that several installations of the rig share, as parameters beside the model's.
 
-use super::{BaseErrors, Changes, Learned};
+use super::{BaseErrors, Bends, Changes, Learned};
+use crate::data::is_one_block;
 use crate::gaussian::{Training, handed_on};
 use crate::observed::{Observed, Used, same_installation};
 use crate::{EngineError, NamedGaussian};
 use rijke_inference::{Parameter, Prior};
 use rijke_numerics::{Matrix, principal_directions};
 use rijke_study::Cause;
+use std::collections::BTreeSet;
 
 /// The errors that all installations have in common: those of the flow's own parameters, say, which one
 /// calibration gave to all states.
@@ -24,8 +26,8 @@ pub(crate) struct Common {
     causes: Vec<Cause>,
     /// How many of them earlier stages tell of: each of these is a direction of its own.
     known: usize,
-    /// For each cause its shares in the directions, orthonormal columns: those that are known, a drift, then
-    /// the others, the most important first, and for predictions those that stayed a covariance.
+    /// For each cause its shares in the directions, orthonormal columns: those that are known, a drift and
+    /// bent ones, then the others, the most important first, and for predictions those that stayed a covariance.
     shares: Matrix,
     /// The change of each number of each point, point after point, per direction.
     slopes: Matrix,
@@ -44,7 +46,8 @@ const MOST: f64 = 0.8;
 const NAMED: usize = 3;
 
 impl Common {
-    /// The directions of the `errors` that installations share, and what is left of the errors.
+    /// The directions of the `errors` that installations share, or that are bent, and what is left of the
+    /// errors.
     ///
     /// With D the changes by each cause in units of the measured standard deviations of `observed`, a column
     /// each, and D'D = U L U', direction k is D times column k of U.
@@ -56,11 +59,21 @@ impl Common {
         observed: &[Observed],
         used: &[Used],
         training: &Training,
+        bends: &Bends<'_>,
     ) -> Result<(Self, BaseErrors), EngineError> {
         let same = |a: usize, b: usize| same_installation(&observed[a], &observed[b]);
         let sizes: Vec<usize> = used.iter().map(Used::size).collect();
         let rows: usize = sizes.iter().sum();
-        let goes_on = |cause: &Cause| training.causes.contains(cause) || training.knows(cause);
+        // In one block with what they move, the errors of an installation or a point are noise like others.
+        let groups = errors.together(same).into_iter().filter(|group| !is_one_block(group, used));
+        let apart: BTreeSet<Cause> =
+            groups.flatten().flat_map(|p| errors.of_factors_at(p)).cloned().collect();
+        let goes_on = |cause: &Cause| {
+            training.causes.contains(cause)
+                || training.knows(cause)
+                || apart.contains(cause)
+                || bends.holds(cause)
+        };
         let (causes, columns, rest) = errors.apart(&sizes, same, goes_on);
         // One that does nothing here is handed on with what the parameters, which are tied to it, learn.
         let idle = training.causes.iter().filter(|cause| training.knows(cause) && !causes.contains(cause));
@@ -69,10 +82,11 @@ impl Common {
             causes.into_iter().zip(columns).chain(idle).partition(|(cause, _)| training.knows(cause));
         let known = all.len();
         // A drift moves the data and no prediction: mixed with a cause that moves both alike, as a
-        // temperature does, the difference of the two would be lost.
-        let (drift, new): (Vec<_>, Vec<_>) = new.into_iter().partition(|(cause, _)| *cause == Cause::Drift);
-        let alone = known + drift.len();
-        all.extend(drift.into_iter().chain(new));
+        // temperature does, the difference of the two would be lost. Nor is a bent one a straight direction.
+        let of_its_own = |cause: &Cause| *cause == Cause::Drift || bends.holds(cause);
+        let (own, new): (Vec<_>, Vec<_>) = new.into_iter().partition(|(cause, _)| of_its_own(cause));
+        let alone = known + own.len();
+        all.extend(own.into_iter().chain(new));
         let (causes, columns): (Vec<Cause>, Vec<Vec<f64>>) = all.into_iter().unzip();
         let others = &columns[alone..];
         // Numbers that were not measured have no weight.
@@ -243,6 +257,12 @@ impl Common {
         most.map(|(_, cause)| cause.to_string()).collect::<Vec<_>>().join(", ")
     }
 
+    /// The direction that is one cause alone.
+    pub(crate) fn direction_of(&self, cause: &Cause) -> Option<usize> {
+        let k = self.causes.iter().position(|known| known == cause)?;
+        (k < self.shares.columns() && self.shares[(k, k)] == 1.0).then_some(k)
+    }
+
     pub(crate) fn has(&self, cause: &Cause) -> bool {
         self.causes.contains(cause)
     }
@@ -319,7 +339,7 @@ mod tests {
         let own: Vec<Parameter> =
             ["a", "b"].map(|n| Parameter::new(n, n, "1", Prior::Normal { mean: 0.5, sd: 1.0 })).into();
         let common = common();
-        let carried = Carried { inner: &Bent, own: 2, slopes: common.slopes() };
+        let carried = Carried { inner: &Bent, own: 2, slopes: common.slopes(), bends: &[] };
         let (evidence, values, covariance) =
             posterior_of(&carried, [own.clone(), common.parameters()].concat(), None);
         let shared = common.slopes.product(&common.slopes.transpose());
@@ -337,7 +357,7 @@ mod tests {
     #[test]
     fn exact_derivatives_of_a_carried_model_are_those_of_its_parts() {
         let common = common();
-        let carried = Carried { inner: &Bent, own: 2, slopes: common.slopes() };
+        let carried = Carried { inner: &Bent, own: 2, slopes: common.slopes(), bends: &[] };
         let at = [0.4, 0.7, 0.5, -0.2];
         let here = carried.predict(&at, Order::Second).unwrap();
         let h = 1e-4;

@@ -4,6 +4,7 @@
 
 mod assemblies;
 mod base;
+mod bends;
 mod carried;
 mod channels;
 mod common;
@@ -13,6 +14,7 @@ mod varying;
 
 pub(crate) use assemblies::{Assemblies, Learned, OF_INSTALLATION};
 pub(crate) use base::{BaseErrors, Changes, changes, changes_by_factors, of_drift};
+pub(crate) use bends::Bends;
 pub(crate) use carried::Carried;
 pub(crate) use channels::{Channels, Heard};
 pub(crate) use common::Common;

@@ -150,8 +150,8 @@ impl ModeCase {
         Ok(Self { warnings, devices, ..Self::new(&path, region, chain, remedy) })
     }
 
-    /// A point of a study, by the model of `stage`; without one, by that of the last stage that was ranked
-    /// and was trained on the point, or is the last of all.
+    /// A point of a study, by the model of `stage`; without one, by that of the last ranked stage of which it
+    /// is a point, or, where it is none of any, of the last stage of all.
     pub fn point(
         dir: &Path,
         id: &str,
@@ -172,11 +172,11 @@ impl ModeCase {
                 .remedy(format!("Give one of its names: {}", few(&all, 8))));
         };
         let last = study.plan.stages.last().map(|s| s.id.as_str());
-        let of_it = |s: &&Stage| Some(&*s.id) == last || s.points.holds(&study.campaign, point);
+        // The laws of another stage may be those of another rig.
+        let of_it = |s: &&Stage| s.points.holds(&study.campaign, point);
         let ranked = |name: &&str| dir.join("results/models").join(format!("{name}.json")).is_file();
-        // The last one that was ranked; of those before the last of the plan, one that knows the parts of the
-        // point.
-        let found = || study.plan.stages.iter().rev().filter(of_it).map(|s| s.id.as_str()).find(ranked);
+        let own = || study.plan.stages.iter().rev().filter(of_it).map(|s| s.id.as_str()).find(ranked);
+        let found = || own().or(last.filter(ranked));
         let name = stage.or_else(found);
         let model: Option<SavedModel> = name.map(|name| kept(dir, "models", name)).transpose()?;
         let (region, spectrum, devices, temperature) =

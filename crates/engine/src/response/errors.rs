@@ -101,7 +101,7 @@ pub(super) fn causes_at(study: &Study, point: usize) -> Result<BTreeSet<Cause>, 
     let stated = &study.campaign.points[point];
     let ambient = stated.ambient.filter(|[_, sd]| *sd > 0.0).map(|_| Cause::ambient(stated));
     let of_state = conditions.base.errors.into_iter().map(|e| e.cause);
-    Ok(conditions.displaced.into_iter().map(|(cause, _)| cause).chain(of_state).chain(ambient).collect())
+    Ok(conditions.displaced.into_iter().map(|d| d.cause).chain(of_state).chain(ambient).collect())
 }
 
 /// The conditions of an operating point with every cause of `error` at so many of its standard deviations.
@@ -112,7 +112,7 @@ pub(super) fn moved(
 ) -> Result<Conditions, EngineError> {
     let stated = &study.campaign.points[k];
     let mut point = stated.clone();
-    for (cause, _) in conditions_at(study, k)?.displaced {
+    for cause in conditions_at(study, k)?.displaced.into_iter().map(|d| d.cause) {
         let Cause::Factor { name, .. } = &cause else { continue };
         if let Some(factor) = study.campaign.factor(name) {
             point.factors[factor] += error(&cause) * stated.factor_sds[factor];

@@ -167,7 +167,7 @@ impl Run {
             {
                 let conditions = &observed.conditions;
                 causes.extend((observed.mode.drift_sd > 0.0).then_some(&Cause::Drift));
-                causes.extend(conditions.displaced.iter().map(|(cause, _)| cause));
+                causes.extend(conditions.displaced.iter().map(|d| &d.cause));
                 if stage.base_errors {
                     causes.extend(conditions.base.errors.iter().map(|error| &error.cause));
                 }

@@ -1,7 +1,10 @@
 //! A day, or an installation, whose points lie to one side of a model that fits the others: a temperature
 //! that was read or noted wrongly, a part at another place than stated, or something else that was other.
+//! And days that scatter more than their points: an error that the points of a day share.
 
 use crate::{Conditions, Observed};
+use rijke_numerics::tails::f_as_normal;
+use std::collections::BTreeMap;
 
 /// Difference from all others, over its standard error, that is said.
 const APART: f64 = 6.0;
@@ -94,6 +97,47 @@ impl Common {
 fn ambient(o: &Observed) -> [f64; 2] {
     let Conditions { point, base, .. } = &*o.conditions;
     point.ambient.unwrap_or([base.temperature[0], 0.0])
+}
+
+/// By how much days scatter about the model where their points do not, in a sentence without its stop; `sd`
+/// is the standard deviation of a measured frequency, rad/s. Single days of which that is said are `named`
+/// and do not count.
+///
+/// An analysis of variance of the frequencies relative to those of the model: many days that are off hide
+/// each other where each is compared with all others, and each counts as many points though it has one
+/// error.
+pub(super) fn scattered_days(there: &[Held<'_>], sd: f64, named: &[Apart<'_>]) -> Option<String> {
+    let mut days: BTreeMap<&str, Vec<Held<'_>>> = BTreeMap::new();
+    let counts = |t: &&Held<'_>| !named.iter().any(|group| group.has(&t.0.conditions.id));
+    for t in there.iter().filter(counts).filter(|t| !Common::Day.name(t).is_empty()) {
+        days.entry(Common::Day.name(t)).or_default().push(*t);
+    }
+    let all: Vec<Held<'_>> = days.values().flatten().copied().collect();
+    let (n, g) = (all.len() as f64, days.len() as f64);
+    if days.len() < 3 || n < 2.0 * g {
+        return None;
+    }
+    let relative = |of: &[Held<'_>]| {
+        mean_and_squares(of.iter().map(|t| (t.1 - t.2) / t.2).collect::<Vec<_>>().into_iter())
+    };
+    let [_, total] = relative(&all);
+    let within: f64 = days.values().map(|day| relative(day)[1]).sum();
+    let size = all.iter().map(|t| t.2).sum::<f64>() / n;
+    let noise = (within / (n - g)).max((sd / size).powi(2));
+    let between = (total - within) / (g - 1.0);
+    // What the days themselves scatter by: a mean over the points of a day has a share of their noise.
+    let scatter = ((between - noise).max(0.0) * g / n).sqrt();
+    let [kelvin, stated] = [0, 1].map(|k| all.iter().map(|t| ambient(t.0)[k]).sum::<f64>() / n);
+    let explained = 0.5 * STATED * stated / kelvin;
+    (f_as_normal(between / noise, [g - 1.0, n - g]) > APART && scatter > explained).then(|| {
+        format!(
+            "the frequencies of the {g} days scatter about the model by {:.2} % from day to day, far more than those of one day do: an error that the points of a \
+             day share is not counted, as {:.1} K of T_amb, so that standard deviations of parameters take {n} measurements for as many errors; state it as \
+             T_amb_sd in campaign.csv, with base_errors = true",
+            100.0 * scatter,
+            2.0 * kelvin * scatter
+        )
+    })
 }
 
 /// Mean, and sum of the squares about it.

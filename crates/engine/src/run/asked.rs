@@ -52,7 +52,7 @@ pub fn modes_at(
             let assembly = assembly_of(study, &model.candidates, &model.hold)?;
             let posterior = model.posterior()?;
             let mut read = point_of.clone();
-            for (cause, _) in &conditions.displaced {
+            for cause in conditions.displaced.iter().map(|d| &d.cause) {
                 let Cause::Factor { name, .. } = cause else { continue };
                 let factor = study.campaign.factor(name).zip(posterior.error_of(cause));
                 if let Some((k, [error, _])) = factor {

@@ -1,6 +1,6 @@
 //! What speaks against a model although its evidence may be the best: sentences for people.
 
-use super::apart::{Apart, Common, Held};
+use super::apart::{Apart, Common, Held, scattered_days};
 use super::parameter::TrainedParameter;
 use crate::noise::measured_sd;
 use crate::{BeyondTable, Observed};
@@ -90,6 +90,7 @@ pub(super) fn doubts(
         let outlying = outlying(&there, sd).filter(|found| !of_a_group(found));
         all.extend(outlying.map(|found| found.said(what, shown)));
         all.extend(apart.iter().map(|group| group.said(what, shown)));
+        all.extend(scattered_days(&there, sd, &apart).filter(|_| frequencies));
     }
     all.extend(one_mode_twice(observed, predicted));
     if misfit[2] > SHAPES {
@@ -314,6 +315,23 @@ mod tests {
             said.len() == 1 && said[0].starts_with(expected) && said[0].contains("air 4 K colder"),
             "{said:?}"
         );
+        // Four days of eight points, of which none is far from the other three.
+        let day = |k: usize| k / 8;
+        let four: Vec<Observed> = (0..32)
+            .map(|k| {
+                let mut conditions = (*points[k % 6].conditions).clone();
+                conditions.point.day = day(k).to_string();
+                Observed { conditions: Arc::new(conditions), ..points[k % 6].clone() }
+            })
+            .collect();
+        let mut said_of: Vec<[f64; 2]> = (0..32).map(|k| right[k % 6]).collect();
+        assert!(doubts(&four, &said_of, [0.1, 0.1, 0.02], [true; 2]).is_empty());
+        for (k, v) in said_of.iter_mut().enumerate() {
+            v[1] *= 1.0 + [2e-3, -2e-3][day(k) % 2];
+        }
+        let said = doubts(&four, &said_of, [0.1, 0.1, 0.02], [true; 2]);
+        let expected = "the frequencies of the 4 days scatter about the model by 0.23 % from day to day";
+        assert!(said.len() == 1 && said[0].starts_with(expected) && said[0].contains("1.4 K"), "{said:?}");
         // The same three points in one installation, whose growth rates are 1 1/s too low.
         let installed: Vec<Observed> = days
             .iter()

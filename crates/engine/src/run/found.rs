@@ -104,13 +104,36 @@ pub struct PointCheck {
     pub doubtful: bool,
 }
 
+/// Standard deviations that are stated so many times too large are said.
+const TOO_LARGE: f64 = 1.5;
+
 impl Checks {
     /// The largest probability that counts as never: that of at most one of a thousand draws.
     const NEVER: f64 = 2.5e-3;
 
-    /// The kinds of residuals that are larger than noise and stated errors allow.
-    pub fn beyond_noise(&self) -> impl Iterator<Item = &SumCheck> {
-        self.sums.iter().filter(|s| s.probability.is_some_and(|p| p < Self::NEVER))
+    /// The kinds of residuals that are larger, or much smaller, than noise and stated errors allow, each in a
+    /// sentence without its stop.
+    #[must_use]
+    pub fn doubts(&self) -> Vec<String> {
+        let one = |s: &SumCheck| {
+            let p = s.probability?;
+            let SumCheck { what, count, chi_squared, .. } = s;
+            let times = (*count as f64 / chi_squared).sqrt();
+            if p < Self::NEVER {
+                return Some(format!(
+                    "the {what} lie farther from the model than noise and stated errors allow: chi squared {chi_squared:.1} of {count} numbers (p < {:.3}); the evidence and \
+                     deviations below count on these: let a noise that is stated float, look at the points that the page marks, and at what is stated of T_amb and factors",
+                    p + 5e-4
+                ));
+            }
+            (p > 1.0 - Self::NEVER && times > TOO_LARGE).then(|| {
+                format!(
+                    "the {what} lie nearer to the model than their stated noise lets them: chi squared {chi_squared:.1} of {count} numbers, as if standard deviations were \
+                     stated {times:.1} times too large; those of parameters are too large with them, and models that the data tell apart look alike"
+                )
+            })
+        };
+        self.sums.iter().filter_map(one).collect()
     }
 }
 

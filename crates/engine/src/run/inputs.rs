@@ -1,6 +1,6 @@
 //! Observations with the state of the gas under which each was made.
 
-use crate::{Conditions, EngineError, Observed};
+use crate::{Conditions, Displaced, EngineError, Observed};
 use rijke_study::plan::{Base, HeatedFlow, Selection};
 use rijke_study::{
     Cause, GasReading, HeatedFit, ObservedModes, Point, PointState, RigAtPoint, STEP, Study, StudyProblem,
@@ -152,17 +152,27 @@ pub(super) fn conditions_or_ambient(
     let uncertain = point.factor_sds.iter().zip(&point.factors).zip(&study.campaign.factors).enumerate();
     let uncertain = uncertain.filter(|(_, ((sd, value), _))| **sd > 0.0 && value.is_finite());
     let displaced = uncertain.map(|(k, ((sd, value), factor))| {
-        let mut moved = Point { factor_sds: vec![0.0; point.factors.len()], ..point.clone() };
-        moved.factors[k] += STEP * sd;
-        let name = factor.name.clone();
+        let moved = |by: f64, state: Option<&PointState>| {
+            let mut moved = Point { factor_sds: vec![0.0; point.factors.len()], ..point.clone() };
+            moved.factors[k] += by * sd;
+            conditions_or_ambient(study, &moved, state, Some(ambient)).map(Arc::new)
+        };
+        // Of gas that was inferred and follows the factor one small step is known.
+        let followed = inferred.and_then(|s| s.moved.iter().find(|(factor, _)| *factor == k));
+        let (name, near) = (factor.name.clone(), moved(STEP, followed.map_or(inferred, |(_, s)| Some(s)))?);
+        let far = |by: &f64| match inferred.zip(followed) {
+            Some((here, (_, near))) => moved(*by, Some(&here.beyond(near, by / STEP)?)).ok(),
+            None => moved(*by, inferred).ok(),
+        };
+        let far: Option<Vec<_>> = Displaced::FAR.iter().map(far).collect();
+        let far = far.and_then(|all| all.try_into().ok());
         let cause = match study.plan.common_errors.contains(&name) {
             true => Cause::of_all_points(&name),
             false => {
                 Cause::Factor { name, installation: point.installation.clone(), level: value.to_string() }
             }
         };
-        let state = inferred.map(|s| s.moved.iter().find(|(factor, _)| *factor == k).map_or(s, |(_, s)| s));
-        Ok((cause, Arc::new(conditions_or_ambient(study, &moved, state, Some(ambient))?)))
+        Ok(Displaced { cause, relative: sd / value.abs(), near, far })
     });
     let displaced = displaced.collect::<Result<Vec<_>, EngineError>>()?;
     Ok(Conditions { id: point.id.clone(), point: point.clone(), layout, base, displaced })

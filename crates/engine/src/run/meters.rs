@@ -18,7 +18,7 @@ impl Run {
     /// in a sentence each.
     pub(super) fn one_sided(&self, found: &Chosen) -> Vec<String> {
         let posterior = found.trained.posterior();
-        let displaced = found.observed.iter().flat_map(|o| &o.conditions.displaced).map(|(cause, _)| cause);
+        let displaced = found.observed.iter().flat_map(|o| &o.conditions.displaced).map(|d| &d.cause);
         let causes: BTreeSet<&Cause> = displaced.collect();
         let common = &self.study.plan.common_errors;
         let one = |factor: &Factor| {
@@ -49,15 +49,17 @@ impl Run {
         let one = |name: &String| {
             let factor = campaign.factor(name)?;
             let [error, sd] = posterior.error_of(&Cause::of_all_points(name))?;
-            let first = found.observed.first().map(|o| &o.conditions.point)?;
-            let stated = first.factor_sds[factor];
+            // Where a deviation is in proportion to its factor it is nothing at some points.
+            let points = found.observed.iter().map(|o| &o.conditions.point);
+            let there = points.max_by(|a, b| a.factor_sds[factor].total_cmp(&b.factor_sds[factor]))?;
+            let stated = there.factor_sds[factor];
             let unit = campaign.factors[factor].unit_in_print();
             (sd < AS_STATED).then(|| {
                 format!(
                     "the error of `{name}` that all points share is {} of `{name}_sd`, {} at {}; predictions take `{name}` as the same meter reads it",
                     with_sd(error, sd),
                     quantity(error * stated, sd * stated, &unit),
-                    first.id
+                    there.id
                 )
             })
         };

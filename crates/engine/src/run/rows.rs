@@ -326,7 +326,9 @@ fn idle_laws(assembly: &Assembly, values: &[f64], models: &[Solved<'_>]) -> Opti
         let (candidate, effect) = (&candidates[c], &candidates[c].effects[e]);
         format!("`{}` of `{}` at {}", effect.coefficient.name(), candidate.id, effect.place_text)
     };
-    let said: Vec<String> = idle.into_iter().map(said).collect();
+    // Who writes 0 for a law means it: a candidate that says that nothing acts there.
+    let meant = |[c, e]: &[usize; 2]| candidates[*c].effects[*e].law.source().trim().parse::<f64>().is_ok();
+    let said: Vec<String> = idle.into_iter().filter(|law| !meant(law)).map(said).collect();
     (!said.is_empty()).then(|| {
         format!(
             "{} is 0 at every point, so that it changes nothing: look at its place and its factors",

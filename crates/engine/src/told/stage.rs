@@ -69,15 +69,8 @@ pub fn tell_stage(stage: &StageRecord, tell: &dyn Tell) {
         if let Some(missed) = &stage.missed {
             tell.say(format!("      {missed}"));
         }
-        for sum in stage.checks.iter().flat_map(Checks::beyond_noise) {
-            tell.say(format!(
-                "      the {} lie farther from the model than noise and stated errors allow: chi squared {:.1} of {} numbers (p {}); the evidence and the deviations \
-                 below count on these: let a noise that is stated float, look at the points that the page marks, and at what is stated of T_amb and factors",
-                sum.what,
-                sum.chi_squared,
-                sum.count,
-                sum.probability.map_or(String::new(), |p| format!("< {:.3}", p + 5e-4)),
-            ));
+        for said in stage.checks.iter().flat_map(Checks::doubts) {
+            tell.say(format!("      {said}"));
         }
         for p in &model.parameters {
             tell.say(format!("      {}", p.words()));

@@ -185,6 +185,45 @@ fn exact_a_duct_is_there_where_its_factor_says() {
     assert!(said.contains("look at the factors that their `present` names"), "{said}");
 }
 
+/// Lengths add up to a place only up to rounding: 0.3 + 0.15 is less than 0.45 by one bit, 0.1 + 0.2 more
+/// than 0.3.
+#[test]
+fn exact_a_flame_at_the_border_of_two_ducts_has_the_gas_of_both() {
+    for [first, second, at] in [["0.3", "0.15", "0.45"], ["0.1", "0.2", "0.3"], ["0.35", "0.1", "0.45"]] {
+        let sum: f64 = [first, second].map(|text| text.parse::<f64>().unwrap()).iter().sum();
+        assert_ne!(sum, at.parse::<f64>().unwrap());
+        let [found, expected] = [format!("at = \"{at} m\"\n"), String::new()].map(|place| {
+            let text = rig(["2e-4", "0.5", "0.07", "1350"]);
+            let text = text.replace("length = 0.25", &format!("length = {first}"));
+            let text = text.replace("length = 0.12", &format!("length = {second}"));
+            let text = text.replace("type = \"flame\"\n", &format!("type = \"flame\"\n{place}"));
+            let [rig, table] = files("border", &text.replace("at = 0.1\n", "at = 0.05\n"), TABLE);
+            numbers(&OneTable::read(&rig, &table).unwrap().study().unwrap().0, &[0.8], NEAR[0])
+        });
+        for (found, expected) in found.iter().zip(&expected) {
+            assert!((found - expected).norm() < 1e-9 * expected.norm().max(1.0), "{at}: {found} {expected}");
+        }
+    }
+}
+
+/// Numbers of an end may name each other and those of parts; the law of the end calls them by bare names.
+#[test]
+fn exact_ends_have_numbers_as_parts_have() {
+    let tube = TUBE.replacen("modulus = \"$r\"", "MODULUS", 1).replace("\"x\"", "1.0");
+    let tube = tube.replace("diameter =", "numbers = { bore = \"50 mm\" }\ndiameter =")
+        + "[microphones]\nat = [0.1, 0.4, 0.7]\n";
+    let near = C64::new(-20.0, std::f64::consts::PI * 343.2);
+    let with = |modulus: &str| {
+        let [rig, table] = files("ends", &tube.replace("MODULUS", modulus), TABLE);
+        numbers(&OneTable::read(&rig, &table).unwrap().study().unwrap().0, &[0.9], near)
+    };
+    let named = "modulus = \"1 - 4*lip/tube.bore\"\n\
+                 numbers = { lip = { value = \"half + upstream.half\", unit = \"m\" }, half = \"0.5 mm\" }";
+    for (found, expected) in with(named).iter().zip(with("modulus = 0.92")) {
+        assert!((found - expected).norm() < 1e-12 * expected.norm(), "{found} {expected}");
+    }
+}
+
 #[test]
 fn order_modes_have_their_derivatives_in_lengths_and_areas() {
     let study = unknown("derivatives");

@@ -113,7 +113,7 @@ impl Health {
                 found.k_limit()
             ));
         } else if gap.abs() > GAP.max(4.0 * found.standard_error) {
-            self.warnings.push(format!("Laplace is off by {gap:+.2} nats"));
+            self.warnings.push(format!("importance sampling differs from Laplace by {gap:+.2} nats"));
         }
         self.importance = Some(found);
     }

@@ -237,7 +237,10 @@ const solver = (model) => {
     const share = x1 > x0 ? Math.min(Math.max((at - x0) / (x1 - x0), 0), 1) : 1;
     return T[k - 1] + share * (T[k] - T[k - 1]);
   };
-  const temperatures = (c, at) => [onPiece(c, count(c.x, (x) => x < at), at), onPiece(c, count(c.x, (x) => x <= at), at)];
+  const temperatures = (c, at) => {
+    const slack = 1e-9 * c.length;
+    return [onPiece(c, count(c.x, (x) => x < at - slack), at), onPiece(c, count(c.x, (x) => x <= at + slack), at)];
+  };
   // Averages of the density and of 1/(rho c^2) = 1/(gamma p) over a stretch by three-point Gauss quadrature on each linear piece.
   const GAUSS = [[-Math.sqrt(0.6), 5 / 9], [0, 8 / 9], [Math.sqrt(0.6), 5 / 9]];
   const stretch = (c, from, to) => {

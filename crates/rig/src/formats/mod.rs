@@ -8,6 +8,7 @@ pub(crate) mod columns;
 #[cfg(feature = "hdf5")]
 mod hdf5;
 pub(crate) mod headings;
+mod labview;
 mod mat5;
 pub(crate) mod numbers;
 pub(crate) mod riff;

@@ -1,6 +1,7 @@
 //! How a text file of numbers is written: what stands between its columns, its decimal sign, the lines before
 //! the numbers, names and units of its columns. Found from the file, or declared.
 
+use super::labview::LabviewHeader;
 use super::stamp::seconds_of_day;
 use crate::error::RigError;
 use crate::problem::Problem;
@@ -102,7 +103,8 @@ impl Form {
     /// A row before the first good one that is neither; no row of numbers; names that are not as many as
     /// columns.
     pub(crate) fn find(lines: &[String], declared: &TextForm) -> Result<Self, Wrong> {
-        let skip = declared.header_lines.unwrap_or(0);
+        let labview = LabviewHeader::of(lines);
+        let skip = declared.header_lines.or(labview.as_ref().map(|header| header.lines)).unwrap_or(0);
         let rows = || lines.iter().enumerate().skip(skip);
         let Some((before, (split, width))) =
             rows().find_map(|(k, row)| Some((k, numbers(row, declared.decimal)?)))
@@ -122,7 +124,12 @@ impl Form {
             let cells: Vec<&str> = split.cells(row).collect();
             let number = |cell: &&str| number(cell, &mut declared.decimal.clone(), split).is_some();
             if !cells.iter().any(number) {
-                names.push((k, headings(row, split, width)));
+                let mut own = headings(row, split, width);
+                if labview.is_some() && own.len() == width + 1 {
+                    // That of the comments, which stand behind some rows.
+                    own.pop();
+                }
+                names.push((k, own));
             } else if number(&cells[0]) || cells.len() == width {
                 let column = cells.iter().position(|c| !number(c)).unwrap_or(0);
                 let expected = "a number; if the line belongs to the heading, say so with `header_lines`";
@@ -143,7 +150,9 @@ impl Form {
             return Err((before + 1, None, problem));
         }
         let mut fitting = names.into_iter().map(|n| n.1).filter(|n| n.len() == width).rev();
+        let units = labview.map(|header| header.units).filter(|units| units.len() == width);
         form.headings = match (fitting.next(), fitting.next()) {
+            (Some(names), _) if units.is_some() => with_units(&names, &units.unwrap_or_default()),
             (Some(units), Some(names)) if all_units(&units) => with_units(&names, &units),
             (Some(names), _) => names,
             (None, _) => comment

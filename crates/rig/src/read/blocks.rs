@@ -39,7 +39,7 @@ enum Source {
 /// Whether the name is that of a text file.
 pub(crate) fn is_text(path: &Path) -> bool {
     let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
-    matches!(extension.as_str(), "csv" | "tsv" | "txt" | "dat" | "asc")
+    matches!(extension.as_str(), "csv" | "tsv" | "txt" | "dat" | "asc" | "lvm")
 }
 
 impl<'a> Blocks<'a> {

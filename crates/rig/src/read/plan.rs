@@ -172,7 +172,8 @@ pub(crate) fn time_column(
     }
     let is_time = |h: &String| {
         let heading = Heading::parse(h);
-        let name = heading.as_ref().map_or(h.as_str(), |h| h.name.as_str()).to_owned();
+        // TDMS marks the time so that it made itself.
+        let name = heading.as_ref().map_or(h.as_str(), |h| h.name.as_str()).trim_end_matches('*').to_owned();
         let says = name == "t" || TIMES.contains(&&*name.to_lowercase());
         let unit = heading.ok().and_then(|h| h.unit);
         unit.map_or(says, |unit| unit.of("s").is_ok())

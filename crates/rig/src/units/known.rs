@@ -97,7 +97,7 @@ const KNOWN: [Known; 37] = [
     unit("J", "mkM", 1.0, ENERGY),
     unit("cal", "k", 4.184, ENERGY),
     unit("W", "umkM", 1.0, POWER),
-    unit("V", "num", 1.0, VOLTAGE),
+    also(&["Volt", "Volts"], unit("V", "num", 1.0, VOLTAGE)),
     unit("A", "numk", 1.0, CURRENT),
     also(&["Ω", "ohm"], unit("Ohm", "mkM", 1.0, RESISTANCE)),
     also(&["rayl"], unit("Rayl", "k", 1.0, [1, -2, -1, 0, 0, 0, 0, 0])),

@@ -70,7 +70,8 @@ impl Quantity {
 }
 
 impl Heading {
-    /// Reads a heading. The unit stands in brackets at the end, or behind a slash between blanks. `p[0]` is a
+    /// Reads a heading. The unit stands in brackets at the end, or behind a slash (ISO 80000-1: `p/hPa`,
+    /// `u/(m/s)`) or a comma (`p, hPa`); where no unit follows these, they belong to the name. `p[0]` is a
     /// name: the first channel of p.
     ///
     /// # Errors
@@ -91,8 +92,9 @@ impl Heading {
                 (&text[..start], Some(&text[start + 1..text.len() - 1]))
             }
             None if text.contains('[') => return wrong("has a bracket that does not close at its end"),
-            None => text.split_once(" / ").map_or((text, None), |(name, unit)| (name, Some(unit))),
+            None => behind_a_sign(text),
         };
+        let name = if bracket.is_some() { name.trim_end().trim_end_matches('/') } else { name };
         if name.trim().is_empty() {
             return wrong("names no quantity");
         }
@@ -111,6 +113,17 @@ impl Heading {
     pub fn of(&self, wanted: &str) -> Result<Unit, UnitError> {
         self.unit.as_ref().map_or_else(|| Unit::parse(wanted)?.of(wanted), |unit| unit.of(wanted))
     }
+}
+
+/// Name and unit where a slash or a comma stands between them.
+fn behind_a_sign(text: &str) -> (&str, Option<&str>) {
+    if let Some((name, unit)) = text.split_once(" / ") {
+        return (name, Some(unit));
+    }
+    let is_unit = |unit: &str| Unit::parse(unit.trim()).is_ok();
+    let split = [text.split_once('/'), text.rsplit_once(',')].into_iter().flatten();
+    let found = split.into_iter().find(|(name, unit)| !name.trim().is_empty() && is_unit(unit));
+    found.map_or((text, None), |(name, unit)| (name, Some(unit)))
 }
 
 /// Where the bracket opens that closes at the end of the text.

@@ -83,6 +83,18 @@ fn exact_headings() {
         let heading = read(text);
         assert_eq!((heading.name.as_str(), heading.of("m").unwrap().to_si(12.0)), ("x", 0.012), "{text}");
     }
+    for text in ["x/mm", "x, mm", "x,mm", "x/(mm)"] {
+        let heading = read(text);
+        assert_eq!((heading.name.as_str(), heading.of("m").unwrap().to_si(12.0)), ("x", 0.012), "{text}");
+    }
+    assert_eq!(
+        (read("u/m/s").unit, read("U/V (Volts)").name),
+        (Some(Unit::parse("m/s").unwrap()), "U/V".into())
+    );
+    // Neither is followed by a unit.
+    for text in ["p1/p2", "left, right", "/V"] {
+        assert_eq!((read(text).name.as_str(), read(text).unit), (text, None), "{text}");
+    }
     assert_eq!(read("T (degC)").of("K").unwrap().to_si(20.0), 293.15);
     assert_eq!(read("gain [W/(m K)]").name, "gain");
     assert_eq!(read("k (W/(m K))").unit, Some(Unit::parse("W/(m K)").unwrap()));

@@ -45,7 +45,7 @@ fn exact_one_record_in_many_hands() {
     let by_name = Reading { names: names(&[("b", 1), ("a", 0), ("drive", -1)]), ..Reading::default() };
     let plain = Reading::default();
     let place = |n: usize| [&SWAPPED[..], &[None; 2]].concat()[..n].to_vec();
-    let files: [(&str, &str, Vec<Option<usize>>, &Reading); 14] = [
+    let files: [(&str, &str, Vec<Option<usize>>, &Reading); 16] = [
         ("plain.csv", "-1.5,10.5\n2.5,-20.25\n-3,30\n0.125,4\n", place(2), &plain),
         ("trailing.csv", "b,a,\n-1.5,10.5,\n2.5,-20.25,\n-3,30,\n0.125,4,\n", place(2), &plain),
         ("blanks.txt", "  -1.5   10.5\n  2.5 -20.25\n-3 30\n0.125 4\n", place(2), &plain),
@@ -76,6 +76,20 @@ fn exact_one_record_in_many_hands() {
         (
             "units.txt",
             "Rig 3\nSamples\t4\n\nt\ta\tb\tdrive\ns\tkPa\tPa\tV\n0,000\t0,0105\t-1,5\t9\n0,001\t-0,02025\t2,5\t9\n0,002\t0,03\t-3\t9\n0,003\t0,004\t0,125\t9\n",
+            vec![],
+            &by_name,
+        ),
+        (
+            "slash.csv",
+            "t/s;a/kPa;b, Pa;drive/V\n0;0.0105;-1.5;9\n0.001;-0.02025;2.5;9\n0.002;0.03;-3;9\n0.003;0.004;0.125;9\n",
+            vec![],
+            &by_name,
+        ),
+        (
+            "measured.lvm",
+            "LabVIEW Measurement\t\nDecimal_Separator\t,\nDate\t2026/11/18\n***End_of_Header***\t\n\t\nChannels\t3\t\t\t\n\
+             Samples\t4\t4\t4\nY_Unit_Label\tkPa\tPa\tVolts\nX0\t0,0\t0,0\t0,0\n***End_of_Header***\t\t\t\n\
+             X_Value\ta\tb\tdrive\tComment\n0,000\t0,0105\t-1,5\t9\n0,001\t-0,02025\t2,5\t9\n0,002\t0,03\t-3\t9\n0,003\t0,004\t0,125\t9\n",
             vec![],
             &by_name,
         ),

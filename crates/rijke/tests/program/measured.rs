@@ -224,6 +224,18 @@ fn message_bad_responses_are_named_with_place_and_remedy() {
         good.iter().map(|[f, a, b]| [*f, 20.0 * a.hypot(*b).log10(), b.atan2(*a)]).collect();
     let polar = replaced("\"re [1]\", \"im [1]\"", "\"abs [1]\", \"arg [rad]\"");
     refused(&polar, &levels, &["z.txt, line", "abs [dB]"]);
+    // Headings of the file that contradict what is declared of its columns.
+    fs::write(folder.join("observations/observations.toml"), &text).unwrap();
+    for heading in ["f [kHz],re [1],im [1]", "f/kHz,re,im", "f [Hz],gain [dB],phase [deg]"] {
+        let rows: String = good.iter().map(|[f, a, b]| format!("{f},{a},{b}\n")).collect();
+        fs::write(folder.join("observations/z.txt"), format!("{heading}\n{rows}")).unwrap();
+        let output = rijke(&folder, &["run", ".", "--force"]);
+        let error = String::from_utf8_lossy(&output.stderr).into_owned();
+        let right = output.status.code() == Some(2)
+            && error.contains("z.txt")
+            && error.contains("the units that the file states");
+        assert!(right, "{heading}: {error}");
+    }
     // Said, and gone on with.
     let warned = |toml: &str, rows: &[[f64; 3]], parts: &[&str]| {
         let (code, error) = told(toml, rows);

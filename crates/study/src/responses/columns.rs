@@ -28,6 +28,17 @@ enum Role {
     Ignored,
 }
 
+impl Role {
+    /// The SI unit of its numbers.
+    fn unit(self) -> &'static str {
+        match self {
+            Self::Frequency => "Hz",
+            Self::Phase => "rad",
+            _ => "1",
+        }
+    }
+}
+
 const ROLES: [(&str, Role); 7] = [
     ("f", Role::Frequency),
     ("re", Role::Real),
@@ -88,13 +99,31 @@ fn column(text: &str, name: Option<String>) -> Result<Column, StudyProblem> {
         let need = "write it in brackets behind the name: f [Hz], re [1], abs [dB], arg [deg]";
         return Err(StudyProblem::Missing { key: format!("unit of {text}"), need });
     };
-    let wanted = match role {
-        Role::Frequency => "Hz",
-        Role::Phase => "rad",
-        _ => "1",
-    };
-    let unit = unit.of(wanted).map_err(|source| StudyProblem::Unit { key: text.to_owned(), source })?;
+    let unit = unit.of(role.unit()).map_err(|source| StudyProblem::Unit { key: text.to_owned(), source })?;
     Ok(Column { role, unit: Some(unit), name })
+}
+
+impl Column {
+    /// Refuses a heading in the file that states another unit than is declared.
+    fn agrees(&self, heading: &str) -> Result<(), StudyProblem> {
+        let stated = heading.trim().strip_suffix([']', ')']).and_then(|text| text.rsplit_once(['[', '(']));
+        let decibels = stated.is_some_and(|(_, unit)| unit.trim().eq_ignore_ascii_case("dB"));
+        let other = match (self.role, &self.unit) {
+            (Role::Ignored, _) => false,
+            (Role::Level, _) => !decibels && Heading::parse(heading).is_ok_and(|h| h.unit.is_some()),
+            _ if decibels => true,
+            (_, Some(declared)) => {
+                let unit = Heading::parse(heading).ok().and_then(|h| h.unit);
+                let same =
+                    |unit: Unit| unit.of(self.role.unit()).is_ok_and(|u| u.factor() == declared.factor());
+                unit.is_some_and(|unit| !same(unit))
+            }
+            _ => false,
+        };
+        let need = "the columns of the file in their order, with the units that the file states; see `columns` of this response";
+        let (key, value) = ("heading".to_owned(), format!("`{heading}`"));
+        if other { Err(StudyProblem::Value { key, value, need }) } else { Ok(()) }
+    }
 }
 
 /// No ratio of pressures is this level, dB.
@@ -107,7 +136,15 @@ pub(super) fn read(path: &Path, columns: &[Column]) -> Result<Rows, StudyError> 
         line,
         problem: Box::new(problem),
     };
-    let (numbers, lines) = if columns.iter().any(|c| c.name.is_some()) {
+    // A text without headings has none to be compared.
+    let headings = Columns::read(path).map(|table| table.headings().to_vec()).unwrap_or_default();
+    let named = columns.iter().any(|c| c.name.is_some());
+    for (k, column) in columns.iter().enumerate() {
+        let own = |h: &&String| column.name.as_ref().is_some_and(|name| *h == name);
+        let heading = if named { headings.iter().find(own) } else { headings.get(k) };
+        heading.map_or(Ok(()), |heading| column.agrees(heading)).map_err(|problem| fail(None, problem))?;
+    }
+    let (numbers, lines) = if named {
         let table = Columns::read(path).map_err(|e| fail(None, StudyProblem::Csv(without_path(&e, path))))?;
         let read = |c: &Column| match &c.name {
             Some(name) if c.role != Role::Ignored => {

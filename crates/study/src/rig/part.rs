@@ -2,6 +2,7 @@
 
 use super::value::Value;
 use crate::StudyProblem;
+use crate::law::Place;
 use crate::source::listed;
 use rijke_formula::{Formula, Scope};
 use rijke_numerics::Matrix;
@@ -157,6 +158,21 @@ impl Instruments {
         let known = listed(self.names.iter().map(String::as_str));
         Err(StudyProblem::Unknown { what: "microphone", name: name.clone(), known })
     }
+}
+
+/// The numbers of an end: bare name, and name in the scope. Both ends together have none.
+pub(super) fn end_numbers(scope: &Scope, place: &Place) -> Vec<(String, String)> {
+    match place {
+        Place::Upstream => numbers_of(scope, "upstream"),
+        Place::Downstream => numbers_of(scope, "downstream"),
+        _ => Vec::new(),
+    }
+}
+
+/// The numbers of which the names in the scope begin with that of their owner.
+pub(super) fn numbers_of(scope: &Scope, owner: &str) -> Vec<(String, String)> {
+    let of_it = |name: &str| Some((name.strip_prefix(owner)?.strip_prefix('.')?.to_owned(), name.to_owned()));
+    scope.names().iter().filter_map(|name| of_it(&name.name)).collect()
 }
 
 /// The numbers of a part: bare name, and name in the scope.

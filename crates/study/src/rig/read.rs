@@ -13,7 +13,7 @@ mod transfer;
 use self::recording::Recording;
 use super::gas::GasModel;
 use super::oscilos::Folder;
-use super::part::{Instruments, Part, Shape};
+use super::part::{Instruments, Part, Shape, end_numbers};
 use super::value::{Reader, Value, number};
 use super::whole::Rig;
 use crate::campaign::COLDEST;
@@ -106,6 +106,8 @@ struct Reading<'a> {
     folder: &'a Path,
     /// Numbers that are none of a part: place in the scope, and value.
     loose: Vec<(usize, Value)>,
+    /// Numbers of ends.
+    of_ends: Vec<(usize, Value)>,
     /// Measured tables, what formulas call them, and where the file has them.
     tables: Vec<(String, Range<usize>, Measured)>,
     /// Delays that are plain numbers, s.
@@ -190,6 +192,7 @@ pub(super) fn rig(file: File, campaign: &Campaign, source: &Source) -> Outcome<R
         medians: &medians,
         folder: Path::new(&source.file).parent().unwrap_or(Path::new("")),
         loose: vec![(second, Value::Number(1.0))],
+        of_ends: Vec::new(),
         tables: Vec::new(),
         delays: Vec::new(),
         is_choked: false,
@@ -257,6 +260,7 @@ pub(super) fn rig(file: File, campaign: &Campaign, source: &Source) -> Outcome<R
         parts: reading.parts,
         is_choked: reading.is_choked,
         loose: reading.loose,
+        of_ends: reading.of_ends,
         doubts,
         own,
         microphones,
@@ -339,7 +343,7 @@ impl Reading<'_> {
         for waiting in std::mem::take(&mut self.waiting) {
             let Waiting { at, place: place_text, coefficient, text, definitions, part, hears } = waiting;
             let place = Place::parse(&place_text, &self.parts).map_err(|problem| (at.clone(), problem))?;
-            let own = part.map_or_else(Vec::new, |part| self.own(part));
+            let own = part.map_or_else(|| end_numbers(&self.scope, &place), |part| self.own(part));
             let words = Words {
                 scope: &self.scope,
                 parameters: self.unknowns,

@@ -68,7 +68,7 @@ impl Rig {
         for (place, value) in &self.loose {
             numbers[*place] = value.at(&numbers);
         }
-        for (place, value) in self.parts.iter().flat_map(|p| &p.numbers) {
+        for (place, value) in self.parts.iter().flat_map(|p| &p.numbers).chain(&self.of_ends) {
             numbers[*place] = value.at(&numbers);
         }
         numbers

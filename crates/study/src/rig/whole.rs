@@ -1,7 +1,7 @@
 //! The rig: ducts in a chain, named parts on them, two ends, and instruments. A network file with names.
 
 use super::gas::GasModel;
-use super::part::{Instruments, Part, own_numbers};
+use super::part::{Instruments, Part, end_numbers, own_numbers};
 use super::value::Value;
 use crate::law::{Candidate, Place, Words};
 use rijke_formula::Scope;
@@ -25,6 +25,8 @@ pub struct Rig {
     pub is_choked: bool,
     /// Numbers that are none of a part: place in the scope, and value.
     pub loose: Vec<(usize, Value)>,
+    /// Numbers of the ends, which may name those of parts: place in the scope, and value.
+    pub of_ends: Vec<(usize, Value)>,
     /// What is doubtful but possible, each in a sentence with its file and line.
     pub doubts: Vec<String>,
     /// What the file itself says of coefficients, and its unknowns: a candidate that is always in use. Its
@@ -75,10 +77,12 @@ impl Rig {
             || self.microphones.at.iter().any(|at| at.unknown().is_some())
     }
 
-    /// The numbers of the part of a place by bare name, with their names in the scope.
+    /// The numbers of the part or the end of a place by bare name, with their names in the scope.
     pub(crate) fn own_numbers(&self, place: &Place) -> Vec<(String, String)> {
-        let Some(part) = place.part().and_then(|k| self.parts.get(k)) else { return Vec::new() };
-        own_numbers(&self.scope, part)
+        match place.part() {
+            Some(part) => self.parts.get(part).map_or_else(Vec::new, |part| own_numbers(&self.scope, part)),
+            None => end_numbers(&self.scope, place),
+        }
     }
 
     /// What laws at `place` may name, with these parameters and definitions.

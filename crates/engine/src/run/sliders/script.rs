@@ -124,6 +124,9 @@ impl Script {
         if let Some(first) = parts.first_mut() {
             first.numbers.splice(0..0, rig.loose.iter().map(|(name, value)| (*name, number(value))));
         }
+        if let Some(last) = parts.last_mut() {
+            last.numbers.extend(rig.of_ends.iter().map(|(name, value)| (*name, number(value))));
+        }
         let (names, factors) = (rig.scope.len(), rig.factors.clone());
         Ok(Self { names, factors, pressure: rig.pressure, gas, parts, effects, radiation })
     }

@@ -1,10 +1,11 @@
 //! One element of the chain: its name, its numbers, what kind it is.
 
 use super::Reading;
+use super::owner::Owner;
 use crate::StudyProblem;
 use crate::names::{add, factor_of, factors};
 use crate::rig::elements::{COMPACT, ENDS, FUNCTION, REFUSED};
-use crate::rig::part::{Hole, Part, Shape, own_numbers};
+use crate::rig::part::{Hole, Part, Shape, numbers_of, own_numbers};
 use crate::rig::value::{Given, Reader, Value};
 use crate::source::{Outcome, listed};
 use rijke_formula::{Kind as NameKind, Name};
@@ -37,18 +38,7 @@ impl Reading<'_> {
             })?),
         };
         let near_field = self.plain(&mut table, "near_field", "1", &at)?;
-        let free = match table.remove("numbers") {
-            None => Table::new(),
-            Some(Toml::Table(numbers)) => numbers,
-            Some(other) => {
-                let need = "a table, { name = value, ... }";
-                return Err(wrong(StudyProblem::Value {
-                    key: "numbers".into(),
-                    value: other.to_string(),
-                    need,
-                }));
-            }
-        };
+        let free = free_numbers(&mut table, &at)?;
         let part = self.parts.len();
         self.parts.push(Part {
             name: name.clone(),
@@ -58,22 +48,7 @@ impl Reading<'_> {
             near_field,
             hole: None,
         });
-        // A number may name another one, wherever that stands.
-        let mut waiting: Vec<(&String, &Toml)> = free.iter().collect();
-        while !waiting.is_empty() {
-            let before = waiting.len();
-            let mut fault = None;
-            waiting.retain(|(key, value)| match self.number(part, key, value, "", &at) {
-                Ok(()) => false,
-                Err(error) => {
-                    fault.get_or_insert(error);
-                    true
-                }
-            });
-            if let Some(fault) = fault.filter(|_| waiting.len() == before) {
-                return Err(fault);
-            }
-        }
+        in_any_order(&free, |key, value| self.number(part, key, value, "", &at))?;
         if kind == "duct" {
             let duct = self.duct(part, &mut table, &at)?;
             self.parts[part].shape = Shape::Duct(duct);
@@ -127,8 +102,11 @@ impl Reading<'_> {
         let keys = COMPACT.iter().chain(&ENDS).find(|k| k.name == kind).map_or(&[][..], |k| k.keys);
         let function = FUNCTION.iter().find(|(name, _)| *name == kind && kind != "feedback");
         let function = function.map_or(&[][..], |(_, keys)| *keys);
-        let common: &[&str] =
-            if is_end { &["type"] } else { &["at", "name", "type", "present", "near_field", "numbers"] };
+        let common: &[&str] = if is_end {
+            &["type", "numbers"]
+        } else {
+            &["at", "name", "type", "present", "near_field", "numbers"]
+        };
         let all = keys.iter().map(|k| k.name).chain([of_kind]).chain(function.iter().copied());
         let known = listed(all.chain(common.iter().copied()).filter(|name| !name.is_empty()));
         Err((at.clone(), StudyProblem::Unknown { what: "key of this element", name: key.clone(), known }))
@@ -157,15 +135,23 @@ impl Reading<'_> {
         own_numbers(&self.scope, &self.parts[part])
     }
 
+    /// The numbers that formulas of an owner may call by their bare names.
+    pub(super) fn own_of(&self, owner: Owner<'_>) -> Vec<(String, String)> {
+        match owner {
+            Owner::Part(part) | Owner::Other { part: Some(part), .. } => self.own(part),
+            Owner::Other { name, part: None, .. } => numbers_of(&self.scope, name),
+        }
+    }
+
     pub(super) fn given(
         &self,
-        part: Option<usize>,
+        owner: Owner<'_>,
         key: &str,
         value: &Toml,
         unit: &str,
         at: &Range<usize>,
     ) -> Outcome<Given> {
-        let own = part.map_or_else(Vec::new, |part| self.own(part));
+        let own = self.own_of(owner);
         let reader = Reader { scope: &self.scope, own: &own, unknowns: self.unknowns, at: at.clone() };
         reader.given(key, value, unit)
     }
@@ -240,21 +226,71 @@ impl Reading<'_> {
         unit: &str,
         at: &Range<usize>,
     ) -> Outcome<()> {
+        let (name, own) = (self.parts[part].name.clone(), self.own(part));
+        let named = self.named(&name, &own, key, (value, unit), at)?;
+        self.parts[part].numbers.push(named);
+        Ok(())
+    }
+
+    /// Puts a number of a part or an end into the scope, in whose formula `own` may be called: its place
+    /// there, and its value.
+    pub(super) fn named(
+        &mut self,
+        owner: &str,
+        own: &[(String, String)],
+        key: &str,
+        (value, unit): (&Toml, &str),
+        at: &Range<usize>,
+    ) -> Outcome<(usize, Value)> {
         // A table { value, unit } states the unit of a formula.
         let (stated, value) = match value.as_table().map(|t| (t.get("unit"), t.get("value"), t.len())) {
             Some((Some(Toml::String(unit)), Some(value), 2)) => (unit.clone(), value.clone()),
             _ => (unit.to_owned(), value.clone()),
         };
-        let read = self.read(part, key, &value, &stated, at)?;
+        let reader = Reader { scope: &self.scope, own, unknowns: self.unknowns, at: at.clone() };
+        let read = reader.value(key, &value, &stated)?;
         let unit = match (&read, value.as_str().map(rijke_rig::Quantity::parse)) {
             (Value::Number(_), Some(Ok(q))) if stated.is_empty() => crate::campaign::si_text(&q.unit),
             _ => stated,
         };
-        let full = self.scoped(&self.parts[part].name, key);
-        let meaning = format!("number of the part {}", self.parts[part].name);
+        let full = self.scoped(owner, key);
+        let is_end = ["upstream", "downstream"].contains(&owner);
+        let meaning =
+            if is_end { format!("number of the {owner} end") } else { format!("number of the part {owner}") };
         let name = Name { name: full, unit, meaning, kind: NameKind::Global };
-        let place = add(&mut self.scope, "number of a part", name).map_err(|p| (at.clone(), p))?;
-        self.parts[part].numbers.push((place, read));
-        Ok(())
+        let place = add(&mut self.scope, "number of a part or an end", name).map_err(|p| (at.clone(), p))?;
+        Ok((place, read))
     }
+}
+
+/// The numbers that a part or an end brings for its laws.
+pub(super) fn free_numbers(table: &mut Table, at: &Range<usize>) -> Outcome<Table> {
+    match table.remove("numbers") {
+        None => Ok(Table::new()),
+        Some(Toml::Table(numbers)) => Ok(numbers),
+        Some(other) => {
+            let (value, need) = (other.to_string(), "a table, { name = value, ... }");
+            Err((at.clone(), StudyProblem::Value { key: "numbers".into(), value, need }))
+        }
+    }
+}
+
+/// Adds numbers of which one may name another, wherever that stands.
+pub(super) fn in_any_order(numbers: &Table, mut add: impl FnMut(&str, &Toml) -> Outcome<()>) -> Outcome<()> {
+    let mut waiting: Vec<(&String, &Toml)> = numbers.iter().collect();
+    while !waiting.is_empty() {
+        let before = waiting.len();
+        let mut fault = None;
+        waiting.retain(|(key, value)| match add(key, value) {
+            Ok(()) => false,
+            Err(error) => {
+                fault.get_or_insert(error);
+                true
+            }
+        });
+        if let Some(fault) = fault.filter(|_| waiting.len() == before) {
+            return Err(fault);
+        }
+    }
+    Ok(())
 }

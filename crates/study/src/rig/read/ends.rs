@@ -1,5 +1,6 @@
 //! An end of the rig.
 
+use super::element::{free_numbers, in_any_order};
 use super::owner::Owner;
 use super::{Reading, complex};
 use crate::StudyProblem;
@@ -34,6 +35,12 @@ impl Reading<'_> {
             table.extend([("modulus".to_owned(), modulus), ("angle".to_owned(), angle)]);
         }
         let owner = Owner::Other { name: place, prefix: "end_", part: None };
+        in_any_order(&free_numbers(&mut table, &at)?, |key, value| {
+            let own = self.own_of(owner);
+            let named = self.named(place, &own, key, (value, ""), &at)?;
+            self.of_ends.push(named);
+            Ok(())
+        })?;
         let mut definitions = Vec::new();
         let function = FUNCTION.iter().find(|(name, _)| *name == kind).map(|(_, keys)| *keys);
         if let Some(keys) = function.filter(|_| !table.contains_key("impedance")) {

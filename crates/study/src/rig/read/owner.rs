@@ -21,12 +21,4 @@ impl Owner<'_> {
     pub(super) fn name(&self, key: &str) -> String {
         format!("{}{key}", self.prefix())
     }
-
-    /// The part whose numbers its formulas may name.
-    pub(super) fn part(&self) -> Option<usize> {
-        match *self {
-            Self::Part(part) => Some(part),
-            Self::Other { part, .. } => part,
-        }
-    }
 }

@@ -25,7 +25,7 @@ impl Reading<'_> {
         value: &Toml,
         at: &Range<usize>,
     ) -> Outcome<Vec<(String, String)>> {
-        let given = self.given(Some(part), key, value, unit, at)?;
+        let given = self.given(Owner::Part(part), key, value, unit, at)?;
         in_range(key, &given, at)?;
         match given {
             // An unknown that is called as the number is it.
@@ -230,11 +230,11 @@ impl Reading<'_> {
         value: &Toml,
         at: &Range<usize>,
     ) -> Outcome<Vec<(String, String)>> {
-        let (name, part) = match owner {
+        let name = match owner {
             Owner::Part(part) => return self.definition(part, key, unit, value, at),
-            Owner::Other { name, part, .. } => (name, part),
+            Owner::Other { name, .. } => name,
         };
-        let given = self.given(part, key, value, unit, at)?;
+        let given = self.given(owner, key, value, unit, at)?;
         in_range(key, &given, at)?;
         let text = match given {
             Given::Law(text) => text,

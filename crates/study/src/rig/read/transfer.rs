@@ -105,7 +105,7 @@ impl Reading<'_> {
         let (mut names, mut numbers) = (Vec::new(), Vec::new());
         for (k, value) in list.iter().enumerate() {
             let name = format!("{key}_{k}");
-            let given = self.given(owner.part(), &name, value, "", at)?;
+            let given = self.given(owner, &name, value, "", at)?;
             if let Given::Value(Value::Number(number)) = given {
                 numbers.push(number);
             }
