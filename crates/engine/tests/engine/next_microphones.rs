@@ -4,8 +4,10 @@
 use crate::common::folder::Folder;
 use crate::common::tube::{TUBE, speed};
 use rijke_engine::run::{MicrophoneTable, Run, Trusted, Wish, microphones};
+use rijke_engine::{Conditions, NamedGaussian, Observed};
 use rijke_numerics::{C64, Matrix};
-use rijke_study::{ObservedMode, ObservedModes, Study};
+use rijke_study::{ObservedMode, ObservedModes, PointState, Study};
+use std::sync::Arc;
 
 /// What is true, and what the prior is about, so that curvature of the model does not enter.
 const R: f64 = 0.85;
@@ -194,4 +196,27 @@ fn message_microphones_that_cannot_be_judged() {
     });
     let none = said(&observations, 0.5);
     assert!(none.contains("trained without mode shapes") && none.contains("p2_re_sd"), "{none}");
+}
+
+/// P (1 - s d + g) was heard.
+#[test]
+fn exact_delays_and_gains_that_were_found_are_undone() {
+    let (_folder, study, observations) = study("undone", 3, &[(0, &[1, 2])], false);
+    let (point, clear) = (study.campaign.points[0].clone(), observations.modes[0].clone());
+    let layout = study.rig.at(&point, 293.15).unwrap();
+    let base = PointState::of_the_rig(&study.rig, &layout, &point, [293.15, 0.0]);
+    let conditions = Conditions { id: point.id.clone(), point, layout, base, displaced: Vec::new() };
+    let (s, errors) = (eigenvalue(LENGTHS[0]), [[3e-5, 0.04], [-2e-5, 0.07]]);
+    let mut mode = clear.clone();
+    for ((_, p), [delay, gain]) in mode.pressures.iter_mut().zip(errors) {
+        *p *= 1.0 - s * delay + gain;
+    }
+    let names = ["delay of m1", "delay of m2", "gain of m1", "gain of m2"].map(str::to_owned).to_vec();
+    let mean = vec![errors[0][0], errors[1][0], errors[0][1], errors[1][1]];
+    let known = NamedGaussian { names, mean, covariance: Matrix::zeros(4, 4) };
+    let found =
+        known.without_channels(&study.rig, &Observed { conditions: Arc::new(conditions), mode, near: s });
+    for ((m, p), (of, expected)) in found.mode.pressures.iter().zip(&clear.pressures) {
+        assert!(m == of && (p - expected).norm() < 1e-12 * expected.norm(), "{m}: {p} {expected}");
+    }
 }
