@@ -220,3 +220,45 @@ fn exact_delays_and_gains_that_were_found_are_undone() {
         assert!(m == of && (p - expected).norm() < 1e-12 * expected.norm(), "{m}: {p} {expected}");
     }
 }
+
+/// A microphone beside a part errs by the near field as by noise of its own that was measured; the reference by
+/// noise that all pressures have in proportion to themselves.
+#[test]
+fn oracle_a_near_field_is_noise_of_the_microphone_beside_the_part() {
+    const SD: f64 = 0.04;
+    let trained = |name: &str, part: Option<f64>, own: [f64; 2]| {
+        let visits: [(usize, &[usize]); 2] = [(0, &[1, 2]), (2, &[1, 2])];
+        let (folder, _, mut observations) = study(name, 3, &visits, false);
+        if let Some(x) = part {
+            let rig = std::fs::read_to_string(folder.0.join("rig.toml")).unwrap();
+            let device = format!(
+                "[[element]]\nname = \"part\"\ntype = \"device\"\nat = \"{x} m\"\nnear_field = {SD}\n[unknown.r]"
+            );
+            std::fs::write(folder.0.join("rig.toml"), rig.replace("[unknown.r]", &device)).unwrap();
+        }
+        for mode in &mut observations.modes {
+            let p: Vec<C64> = mode.pressures.iter().map(|(_, p)| *p).collect();
+            let [reference, first] = own.map(|sd| sd * sd);
+            mode.covariance = Matrix::from_fn(6, 6, |i, j| {
+                let old = mode.covariance[(i, j)];
+                let (Some(a), Some(b)) = (i.checked_sub(2), j.checked_sub(2)) else { return old };
+                let common = p[a / 2] * p[b / 2].conj() * reference;
+                let shared = match (a % 2, b % 2) {
+                    (0, 0) | (1, 1) => common.re,
+                    (0, _) => -common.im,
+                    _ => common.im,
+                };
+                old + shared + if a == b && a < 2 { first } else { 0.0 }
+            });
+        }
+        let study = Study::open(&folder.0).unwrap();
+        let (run, sd) = trained(&study, &observations);
+        drop(run);
+        sd
+    };
+    let alone = trained("near-none", None, [0.0; 2]);
+    for (name, x, own) in [("near-first", 0.31, [0.0, SD]), ("near-reference", 0.09, [SD, 0.0])] {
+        let [found, slow] = [trained(name, Some(x), [0.0; 2]), trained(&format!("{name}-slow"), None, own)];
+        assert!((found / slow - 1.0).abs() < 1e-6 && found > 1.002 * alone, "{name}: {found} {slow} {alone}");
+    }
+}

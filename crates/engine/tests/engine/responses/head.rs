@@ -74,7 +74,7 @@ fn oracle_errors_of_the_head_are_those_about_the_answer_of_the_model() {
         (vec![(0, 0.05), (1, 0.05)], 5, [0.0, 100.0]),
         (vec![(0, 0.05), (1, 0.05), (2, 0.05)], 5, [0.0, 100.0]),
         (vec![(0, 0.02), (1, 0.02)], 5, [4e-3, 120.0]),
-        (vec![(1, 0.003)], 1, [0.0, 100.0]),
+        (vec![(1, 0.05)], 1, [0.0, 100.0]),
     ];
     for (k, (terms, count, misfit)) in cases.iter().enumerate() {
         let (terms, count, misfit) = (terms.as_slice(), *count, *misfit);

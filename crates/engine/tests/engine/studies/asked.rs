@@ -80,6 +80,10 @@ fn message_of_a_day_or_a_deviation_that_cannot_be() {
     assert!(said.contains("the campaign has no day `two` (one)"), "{said}");
     let said = refused(asked(&[("x", 0.9), ("T_amb_sd", -1.0)], None));
     assert!(said.contains("T_amb_sd = -1: a standard deviation lies from 0 to 50 K"), "{said}");
+    let said = refused(asked(&[("x", 0.9), ("x_sd", -1e-9)], None));
+    assert!(said.contains("x_sd = -0.000000001: a standard deviation is zero or more"), "{said}");
+    let exact = asked(&[("x", 0.9), ("x_sd", 0.0)], None);
+    assert!(with_points(&study, &Selection::default(), &[exact]).is_ok());
 }
 
 /// The modes of a point are those that are predicted of it: of gas with the inferred error.
