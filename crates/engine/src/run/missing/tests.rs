@@ -4,9 +4,10 @@ use crate::run::{Run, Trusted};
 use crate::{Assembly, Conditions, Observed, PointModel};
 use rijke_network::Workspace;
 use rijke_numerics::{C64, Order};
-use rijke_study::names::{DENSITY, SOUND_SPEED};
+use rijke_study::names::{AREA, DENSITY, DIAMETER, PERIMETER, SOUND_SPEED};
 use rijke_study::{OneTable, PointState, Study};
 use std::collections::BTreeMap;
+use std::f64::consts::PI;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -55,6 +56,8 @@ fn exact_effects_that_a_model_lacks_move_it_as_if_it_had_them() {
     };
     let same = |found: &[C64], scale: C64, expected: &[C64]| near(1e-9, found, scale, expected);
     let around = observed.conditions.around(x);
+    let [bore, area, perimeter] = [DIAMETER, AREA, PERIMETER].map(|k| around[k]);
+    assert!((area - 0.25 * PI * bore * bore).abs() < 1e-12 && (perimeter - PI * bore).abs() < 1e-12);
     let cold = ["wall.kirchhoff", "inlet.rigid", "mouth.thick", "gauze.resistance"];
     let drag = slope(&cold, "drag", &[("drag", 0.0)], observed);
     let [mu, _, eu, _] = &found.places[0];
