@@ -221,8 +221,8 @@ fn exact_delays_and_gains_that_were_found_are_undone() {
     }
 }
 
-/// A microphone beside a part errs by the near field as by noise of its own that was measured; the reference by
-/// noise that all pressures have in proportion to themselves.
+/// A microphone beside a part errs by the near field as by noise of its own that was measured; the reference
+/// by noise that all pressures have in proportion to themselves.
 #[test]
 fn oracle_a_near_field_is_noise_of_the_microphone_beside_the_part() {
     const SD: f64 = 0.04;

@@ -11,8 +11,8 @@ use std::sync::Arc;
 
 const END: (f64, f64) = (0.95, 3.0);
 
-/// Zero at the eigenvalues of a closed tube of 1 m with p' = -m p - s rho u and u' = -s p/(rho c^2) - e u, whose
-/// end reflects R: the matrix of these, less its mean -(m + e)/2, has the square (e - m)^2/4 + s^2/c^2.
+/// Zero at the eigenvalues of a closed tube of 1 m with p' = -m p - s rho u and u' = -s p/(rho c^2) - e u,
+/// whose end reflects R: the matrix of these, less its mean -(m + e)/2, has the square (e - m)^2/4 + s^2/c^2.
 fn characteristic(s: C64, [m, e]: [f64; 2]) -> C64 {
     let (half, wave, r) = (0.5 * (e - m), s / speed(), C64::from_polar(END.0, END.1));
     let root = (half * half + wave * wave).sqrt();

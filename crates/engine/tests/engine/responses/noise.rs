@@ -134,8 +134,8 @@ fn exact_numbers_that_state_their_deviations_are_not_asked() {
     assert!((0.003..0.012).contains(&(n.sd / n.value)), "{}", n.sd);
 }
 
-/// n e^(-s tau) at N frequencies has N/noise^2 of n, the sum of (n omega)^2/noise^2 of tau, and nothing of both
-/// together; the prior adds one over its variance. n is tried up to half a deviation above its centre.
+/// n e^(-s tau) at N frequencies has N/noise^2 of n, the sum of (n omega)^2/noise^2 of tau, and nothing of
+/// both together; the prior adds one over its variance. n is tried up to half a deviation above its centre.
 #[test]
 fn exact_foresight_of_a_gain_and_a_delay() {
     let frequency_hz: Vec<f64> = (1..=40).map(|k| 10.0 * f64::from(k)).collect();

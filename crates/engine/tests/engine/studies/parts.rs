@@ -18,8 +18,8 @@ fn answered(folder: &Folder) -> (StageRecord, Answer) {
     (stage, run.answer(&study.plan.questions[0]).unwrap())
 }
 
-/// Between -q and -b a tube of length L has s = c (ln(q b)/2 + i pi)/L, so that a growth rate that is known to
-/// an sd tells b to 2 L b/c of it. At every point b is another, and the b of the stage is taken away.
+/// Between -q and -b a tube of length L has s = c (ln(q b)/2 + i pi)/L, so that a growth rate that is known
+/// to an sd tells b to 2 L b/c of it. At every point b is another, and the b of the stage is taken away.
 #[test]
 fn exact_a_coefficient_at_every_point_is_that_of_the_point_alone() {
     let (q, free) = (0.85_f64, [0.8, 0.7]);
@@ -62,8 +62,8 @@ fn exact_a_coefficient_at_every_point_is_that_of_the_point_alone() {
     }
 }
 
-/// Of two ends the growth rates tell ln(q r)/2 alone: precisions add up, of the prior and of c/(2 L r) of every
-/// point. The ellipse that is drawn takes its numbers from these columns.
+/// Of two ends the growth rates tell ln(q r)/2 alone: precisions add up, of the prior and of c/(2 L r) of
+/// every point. The ellipse that is drawn takes its numbers from these columns.
 #[test]
 fn exact_contours_have_the_covariance_of_two_ends() {
     let two = TUBE.replacen("\"$r\"", "\"$q\"", 1);
