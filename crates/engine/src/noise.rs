@@ -229,3 +229,37 @@ pub(crate) const UNITS: [&str; 3] = ["1/s", "rad/s", "1"];
 pub(crate) const BETWEEN: &str = ", between installations";
 
 const LAW: &str = "error of the law";
+
+#[cfg(test)]
+mod tests {
+    use super::Added;
+
+    fn added(along: Vec<[f64; 2]>) -> Added {
+        Added { coefficient: "eu".into(), place: "flame".into(), length_hz: 40.0, along }
+    }
+
+    #[test]
+    fn exact_the_size_of_an_error_is_linear_between_frequencies() {
+        let some = added(vec![[100.0, 1.0], [200.0, 3.0], [250.0, 2.0]]);
+        for (hertz, size) in
+            [(50.0, 1.0), (100.0, 1.0), (125.0, 1.5), (200.0, 3.0), (240.0, 2.2), (300.0, 2.0)]
+        {
+            assert!((some.size(hertz) - size).abs() < 1e-12, "{hertz}: {}", some.size(hertz));
+        }
+        assert!((added(Vec::new()).size(70.0) - 1.0).abs() < 1e-12);
+    }
+
+    /// Errors of unit variance at the nodes correlate as a squared exponential of the length.
+    #[test]
+    fn exact_nodes_of_an_error_have_its_correlation() {
+        let error = added(Vec::new());
+        for (f, g) in [(300.0, 300.0), (300.0, 317.0), (281.0, 333.0), (300.0, 400.0), (90.0, 310.0)] {
+            let there = error.nodes(g);
+            let of = |node: i64| there.iter().find(|(k, _)| *k == node).map_or(0.0, |(_, w)| *w);
+            let sum: f64 = error.nodes(f).iter().map(|(k, w)| w * of(*k)).sum();
+            let distance: f64 = (f - g) / 40.0;
+            let exact = (-0.5 * distance * distance).exp();
+            assert!((sum - exact).abs() < 2e-4, "{f} {g}: {sum} {exact}");
+        }
+    }
+}

@@ -180,3 +180,39 @@ impl Apart<'_> {
         )
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{Common, Held};
+    use crate::Observed;
+    use crate::run::doubts::tests::points;
+    use std::sync::Arc;
+
+    /// Student's t of two samples of one variance: three growth rates of one day against five of another.
+    #[test]
+    fn exact_a_day_lies_apart_by_the_t_of_two_samples() {
+        let residuals = [0.3, -0.2, 0.5, -0.4, 0.1, 0.4, -0.3, 0.0];
+        let points = points();
+        let of_days = |(k, o): (usize, &Observed)| {
+            let mut conditions = (*o.conditions).clone();
+            conditions.point.day = if k < 3 { "2" } else { "1" }.to_owned();
+            Observed { conditions: Arc::new(conditions), ..o.clone() }
+        };
+        let days: Vec<Observed> = points.iter().chain(&points).take(8).enumerate().map(of_days).collect();
+        // Means 0.2 and -0.04, sums of squares about them 0.26 and 0.412.
+        let error = ((0.26 + 0.412) / 6.0_f64).sqrt() * (1.0 / 3.0 + 1.0 / 5.0_f64).sqrt();
+        let apart = |moved: f64, sd: f64| {
+            let there: Vec<Held<'_>> =
+                (0..8).map(|k| (&days[k], residuals[k] + if k < 3 { moved } else { 0.0 }, 0.0)).collect();
+            Common::Day.apart(&there, sd, false).map(|found| (found.name.to_owned(), found.distance))
+        };
+        let moved = |t: f64| t * error - 0.24;
+        assert_eq!(apart(moved(5.9), 0.0), None);
+        let (day, distance) = apart(moved(6.1), 0.0).unwrap();
+        assert!((distance - 6.1).abs() < 1e-9, "{day} {distance}");
+        // By what was measured where that is more than the scatter.
+        let error = 2.0 * (1.0 / 3.0 + 1.0 / 5.0_f64).sqrt();
+        let distance = apart(7.0 * error - 0.24, 2.0).unwrap().1;
+        assert!((distance - 7.0).abs() < 1e-9, "{distance}");
+    }
+}

@@ -52,6 +52,10 @@ mod tests {
             "{said:?}"
         );
         assert!(said[0].contains("put a 22.0 sd of its prior"), "{said:?}");
+        assert!(said[0].contains("costs about 242 nats"), "{said:?}");
+        // The first place is lost by less than 22^2/2 nats.
+        let behind = |by: f64| behind_by_a_prior(&[("b", Some(0.0), &near), ("a", Some(-by), &far)]).len();
+        assert_eq!([behind(241.0), behind(243.0)], [1, 0]);
         // Not where it leads, where the data decide, or without evidence.
         assert!(behind_by_a_prior(&[("b", Some(10.0), &near), ("a", Some(20.0), &far)]).is_empty());
         assert!(

@@ -237,7 +237,7 @@ pub(super) fn feeding(reflections: impl Iterator<Item = ([Option<f64>; 2], f64)>
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::doubts;
     use crate::{Conditions, Observed};
     use rijke_numerics::{C64, Matrix};
@@ -245,7 +245,7 @@ mod tests {
     use std::sync::Arc;
 
     /// Six points whose growth rates are 0, -1, ... -5, measured to 0.1.
-    fn points() -> Vec<Observed> {
+    pub(in crate::run) fn points() -> Vec<Observed> {
         let folder = std::env::temp_dir().join(format!("rijke-doubts-{}", std::process::id()));
         std::fs::create_dir_all(&folder).unwrap();
         let [rig, table] = ["rig.toml", "modes.csv"].map(|f| folder.join(f));
@@ -277,6 +277,15 @@ mod tests {
             near: C64::new(0.0, 500.0),
         };
         (0..6).map(one).collect()
+    }
+
+    /// Of growth rates that scatter by sqrt(35/12) 1/s, measured to 0.15 1/s.
+    #[test]
+    fn exact_a_misfit_is_doubted_from_ten_measured_deviations() {
+        let mut points = points();
+        points.iter_mut().for_each(|o| o.mode.covariance = Matrix::diagonal(&[0.0225, 0.01]));
+        let said = |misfit: f64| doubts(&points, &[[-2.5, 502.5]; 6], [misfit, 0.0, 0.0], [true; 2]).len();
+        assert_eq!([said(1.45), said(1.55)], [0, 1]);
     }
 
     #[test]

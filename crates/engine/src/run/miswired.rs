@@ -216,3 +216,47 @@ impl Wiring {
         o.mode.pressures = right;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::Wiring;
+    use crate::run::doubts::tests::points;
+    use rijke_numerics::{C64, Matrix};
+
+    /// Against the same covariance under the names that are right, or, if the reference was one of the two,
+    /// with standard deviations over the pressure of what takes its place.
+    #[test]
+    fn exact_the_covariance_of_a_pressure_goes_with_its_microphone() {
+        let mut measured = points().swap_remove(0);
+        let pressures = [C64::new(0.5, 0.1), C64::new(0.2, -0.3), C64::new(-0.6, 0.4)];
+        measured.mode.pressures = (1..4).zip(pressures).collect();
+        let of = |places: [usize; 3], scale: f64| {
+            Matrix::from_fn(8, 8, |i, j| {
+                let name = |row: usize| row.checked_sub(2).map_or(row, |k| 2 + 2 * places[k / 2] + k % 2);
+                let size = |row: usize| if row < 2 { 1.0 } else { scale };
+                let (a, b) = (name(i), name(j));
+                let own = if a == b { 20.0 } else { 0.0 };
+                size(i) * size(j) * (own + (1 + a.min(b)) as f64 / (1 + a.max(b)) as f64)
+            })
+        };
+        measured.mode.covariance = of([0, 1, 2], 1.0);
+        let found = |wiring: Wiring| {
+            let mut right = measured.clone();
+            wiring.change(&mut right, 0);
+            right.mode
+        };
+        let same = |found: &Matrix, expected: &Matrix| {
+            (0..8).all(|i| (0..8).all(|j| (found[(i, j)] - expected[(i, j)]).abs() < 1e-12))
+        };
+        let exchanged = found(Wiring::Exchanged([2, 3]));
+        let expected = [(1, pressures[0]), (2, pressures[2]), (3, pressures[1])];
+        assert_eq!(exchanged.pressures, expected);
+        assert!(same(&exchanged.covariance, &of([0, 2, 1], 1.0)));
+        let reference = found(Wiring::Exchanged([0, 1]));
+        let z = pressures[0];
+        assert_eq!(reference.pressures, [(1, 1.0 / z), (2, pressures[1] / z), (3, pressures[2] / z)]);
+        let expected = of([0, 1, 2], z.norm().recip());
+        let found = &reference.covariance;
+        assert!((4..8).all(|i| (4..8).all(|j| (found[(i, j)] - expected[(i, j)]).abs() < 1e-12)));
+    }
+}

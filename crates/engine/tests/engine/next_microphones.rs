@@ -4,8 +4,10 @@
 use crate::common::folder::Folder;
 use crate::common::tube::{TUBE, speed};
 use rijke_engine::run::{MicrophoneTable, Run, Trusted, Wish, microphones};
+use rijke_engine::{Conditions, NamedGaussian, Observed};
 use rijke_numerics::{C64, Matrix};
-use rijke_study::{ObservedMode, ObservedModes, Study};
+use rijke_study::{ObservedMode, ObservedModes, PointState, Study};
+use std::sync::Arc;
 
 /// What is true, and what the prior is about, so that curvature of the model does not enter.
 const R: f64 = 0.85;
@@ -194,4 +196,69 @@ fn message_microphones_that_cannot_be_judged() {
     });
     let none = said(&observations, 0.5);
     assert!(none.contains("trained without mode shapes") && none.contains("p2_re_sd"), "{none}");
+}
+
+/// P (1 - s d + g) was heard.
+#[test]
+fn exact_delays_and_gains_that_were_found_are_undone() {
+    let (_folder, study, observations) = study("undone", 3, &[(0, &[1, 2])], false);
+    let (point, clear) = (study.campaign.points[0].clone(), observations.modes[0].clone());
+    let layout = study.rig.at(&point, 293.15).unwrap();
+    let base = PointState::of_the_rig(&study.rig, &layout, &point, [293.15, 0.0]);
+    let conditions = Conditions { id: point.id.clone(), point, layout, base, displaced: Vec::new() };
+    let (s, errors) = (eigenvalue(LENGTHS[0]), [[3e-5, 0.04], [-2e-5, 0.07]]);
+    let mut mode = clear.clone();
+    for ((_, p), [delay, gain]) in mode.pressures.iter_mut().zip(errors) {
+        *p *= 1.0 - s * delay + gain;
+    }
+    let names = ["delay of m1", "delay of m2", "gain of m1", "gain of m2"].map(str::to_owned).to_vec();
+    let mean = vec![errors[0][0], errors[1][0], errors[0][1], errors[1][1]];
+    let known = NamedGaussian { names, mean, covariance: Matrix::zeros(4, 4) };
+    let found =
+        known.without_channels(&study.rig, &Observed { conditions: Arc::new(conditions), mode, near: s });
+    for ((m, p), (of, expected)) in found.mode.pressures.iter().zip(&clear.pressures) {
+        assert!(m == of && (p - expected).norm() < 1e-12 * expected.norm(), "{m}: {p} {expected}");
+    }
+}
+
+/// A microphone beside a part errs by the near field as by noise of its own that was measured; the reference
+/// by noise that all pressures have in proportion to themselves.
+#[test]
+fn oracle_a_near_field_is_noise_of_the_microphone_beside_the_part() {
+    const SD: f64 = 0.04;
+    let trained = |name: &str, part: Option<f64>, own: [f64; 2]| {
+        let visits: [(usize, &[usize]); 2] = [(0, &[1, 2]), (2, &[1, 2])];
+        let (folder, _, mut observations) = study(name, 3, &visits, false);
+        if let Some(x) = part {
+            let rig = std::fs::read_to_string(folder.0.join("rig.toml")).unwrap();
+            let device = format!(
+                "[[element]]\nname = \"part\"\ntype = \"device\"\nat = \"{x} m\"\nnear_field = {SD}\n[unknown.r]"
+            );
+            std::fs::write(folder.0.join("rig.toml"), rig.replace("[unknown.r]", &device)).unwrap();
+        }
+        for mode in &mut observations.modes {
+            let p: Vec<C64> = mode.pressures.iter().map(|(_, p)| *p).collect();
+            let [reference, first] = own.map(|sd| sd * sd);
+            mode.covariance = Matrix::from_fn(6, 6, |i, j| {
+                let old = mode.covariance[(i, j)];
+                let (Some(a), Some(b)) = (i.checked_sub(2), j.checked_sub(2)) else { return old };
+                let common = p[a / 2] * p[b / 2].conj() * reference;
+                let shared = match (a % 2, b % 2) {
+                    (0, 0) | (1, 1) => common.re,
+                    (0, _) => -common.im,
+                    _ => common.im,
+                };
+                old + shared + if a == b && a < 2 { first } else { 0.0 }
+            });
+        }
+        let study = Study::open(&folder.0).unwrap();
+        let (run, sd) = trained(&study, &observations);
+        drop(run);
+        sd
+    };
+    let alone = trained("near-none", None, [0.0; 2]);
+    for (name, x, own) in [("near-first", 0.31, [0.0, SD]), ("near-reference", 0.09, [SD, 0.0])] {
+        let [found, slow] = [trained(name, Some(x), [0.0; 2]), trained(&format!("{name}-slow"), None, own)];
+        assert!((found / slow - 1.0).abs() < 1e-6 && found > 1.002 * alone, "{name}: {found} {slow} {alone}");
+    }
 }

@@ -3,7 +3,9 @@
 
 use crate::common::folder::Folder;
 use rand_distr::{Distribution, StandardNormal};
-use rijke_engine::run::{Run, Search, SearchOptions, SearchPart, SearchRecord, Trusted, merge_searches};
+use rijke_engine::run::{
+    Combination, GivenUp, Run, Search, SearchOptions, SearchPart, SearchRecord, Trusted, merge_searches,
+};
 use rijke_numerics::Streams;
 use rijke_study::Study;
 use std::path::{Path, PathBuf};
@@ -299,12 +301,25 @@ fn oracle_a_search_that_gives_up_models_finds_the_same_winner() {
     assert_eq!(found.best[0].candidates, every.best[0].candidates);
     assert_eq!(found.best[0].ln_evidence, every.best[0].ln_evidence);
     // What it left holds no more than it says.
-    let followed =
-        |c: &&rijke_engine::run::Combination| found.best.iter().any(|f| f.candidates == c.candidates);
+    let followed = |c: &&Combination| found.best.iter().any(|f| f.candidates == c.candidates);
     let left: f64 = every.best.iter().filter(|c| !followed(c)).map(|c| c.probability).sum();
     // Nothing gains more than it does here, where all is followed.
     let more = every.gained.iter().zip(&found.gained).map(|(all, seen)| all - seen).fold(0.0, f64::max);
     assert!(left > 0.0 && left <= found.given_up_at_most * more.exp(), "{left} {}", found.given_up_at_most);
+    // As much as the one that was followed in its place, and what its stage may gain.
+    let weight = |ln: f64| (ln - found.best[0].ln_evidence).exp();
+    let held = |g: &GivenUp| {
+        let same = |c: &Combination| g.candidates.iter().all(|(role, id)| c.candidates.get(role) == Some(id));
+        let followed: Vec<&Combination> = found.best.iter().filter(|c| same(c)).collect();
+        let [followed] = followed[..] else { panic!("{g:?}") };
+        let level = found.stages.iter().position(|stage| *stage == g.stage).unwrap();
+        g.combinations as f64 * weight(followed.ln_evidence + found.gained[level])
+    };
+    let weights: Vec<f64> = found.given_up.iter().map(held).collect();
+    let all: f64 = weights.iter().copied().chain(found.best.iter().map(|c| weight(c.ln_evidence))).sum();
+    for (g, weight) in found.given_up.iter().zip(&weights) {
+        assert!((g.at_most - weight / all).abs() < 1e-12, "{g:?} {}", weight / all);
+    }
     let counted: usize = found.given_up.iter().map(|g| g.combinations).sum();
     assert_eq!(counted + found.best.len(), found.combinations);
 }

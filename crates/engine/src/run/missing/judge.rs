@@ -278,3 +278,26 @@ impl Term {
         words(&self.effect, &self.place, &self.times)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::Left;
+
+    /// The largest score belongs to a term that was taken, the next to one that those taken make up.
+    #[test]
+    fn exact_the_best_term_is_neither_taken_nor_made_of_those_taken() {
+        let left = Left {
+            observations: 10,
+            scores: vec![5.0, 0.3, 2.0, 1.0],
+            shares: vec![0.5, 1e-6, 1.0, 1.0],
+            free: vec![1.0; 4],
+            taken: vec![true, false, false, false],
+            inside: Vec::new(),
+        };
+        let (best, gain) = left.best().unwrap();
+        assert_eq!(best, 2);
+        // ln of the Bayes factor of a normal prior of ten times the variance that the data leave.
+        let exact = 0.5 * 4.0 * 10.0 / 11.0 - 0.5 * 11.0_f64.ln();
+        assert!((gain - exact).abs() < 1e-12, "{gain} {exact}");
+    }
+}

@@ -1,12 +1,13 @@
 //! The derivatives at strength zero against those of models that have the effects.
 
 use crate::run::{Run, Trusted};
-use crate::{Assembly, Observed, PointModel};
+use crate::{Assembly, Conditions, Observed, PointModel};
 use rijke_network::Workspace;
 use rijke_numerics::{C64, Order};
-use rijke_study::Study;
-use rijke_study::names::{DENSITY, SOUND_SPEED};
+use rijke_study::names::{AREA, DENSITY, DIAMETER, PERIMETER, SOUND_SPEED};
+use rijke_study::{OneTable, PointState, Study};
 use std::collections::BTreeMap;
+use std::f64::consts::PI;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -55,6 +56,8 @@ fn exact_effects_that_a_model_lacks_move_it_as_if_it_had_them() {
     };
     let same = |found: &[C64], scale: C64, expected: &[C64]| near(1e-9, found, scale, expected);
     let around = observed.conditions.around(x);
+    let [bore, area, perimeter] = [DIAMETER, AREA, PERIMETER].map(|k| around[k]);
+    assert!((area - 0.25 * PI * bore * bore).abs() < 1e-12 && (perimeter - PI * bore).abs() < 1e-12);
     let cold = ["wall.kirchhoff", "inlet.rigid", "mouth.thick", "gauze.resistance"];
     let drag = slope(&cold, "drag", &[("drag", 0.0)], observed);
     let [mu, _, eu, _] = &found.places[0];
@@ -74,4 +77,45 @@ fn exact_effects_that_a_model_lacks_move_it_as_if_it_had_them() {
     // element, the library that in the middle of either half: of second order in its length.
     let layers: Vec<C64> = found.layers.as_ref().unwrap().iter().map(|z| z * found.s.sqrt()).collect();
     near(3e-4, &layers, C64::ONE, &eta);
+}
+
+/// Laws that are in proportion to a gain move s by that gain times its derivative: of each of two flames that
+/// are spread along ducts.
+#[test]
+fn exact_laws_of_spread_flames_are_each_of_its_own_flame() {
+    let duct = "[[element]]\ntype = 'duct'\nlength = 0.4\ndiameter = 0.04\n";
+    let flame = |name: &str| {
+        format!(
+            "[[element]]\nname = '{name}'\ntype = 'flame'\ngain = '${name}_gain'\ndelay = 1e-3\nlength = 0.2\npieces = 3\n"
+        )
+    };
+    let unknown =
+        |name: &str| format!("[unknown.{name}_gain]\nprior = {{ normal = {{ mean = 0.2, sd = 0.1 }} }}\n");
+    let ends = "name = 'tube'\n[upstream]\ntype = 'closed'\n[downstream]\ntype = 'constant'\nmodulus = 0.95\nangle = 3.0\n";
+    let text =
+        [ends, duct, &flame("first"), duct, &flame("second"), duct, &unknown("first"), &unknown("second")];
+    let folder = std::env::temp_dir().join(format!("rijke-spread-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let [rig, table] = ["rig.toml", "modes.csv"].map(|file| folder.join(file));
+    std::fs::write(&rig, text.concat()).unwrap();
+    std::fs::write(&table, "growth_rate,growth_rate_sd,frequency,frequency_sd\n-10,1,70,1\n").unwrap();
+    let (study, _) = OneTable::read(&rig, &table).unwrap().study().unwrap();
+    std::fs::remove_dir_all(&folder).unwrap();
+    let point = study.campaign.points[0].clone();
+    let layout = study.rig.at(&point, 293.15).unwrap();
+    let base = PointState::of_the_rig(&study.rig, &layout, &point, [293.15, 0.0]);
+    let conditions = Conditions { id: point.id.clone(), point, layout, base, displaced: Vec::new() };
+    let assembly = Assembly::new(Arc::new(study.rig.clone()), Vec::new(), &BTreeMap::new()).unwrap();
+    let (values, work) = ([0.3, 0.2], &mut Workspace::default());
+    let model = PointModel::with_cuts(&assembly, &conditions, &[], &[]).unwrap();
+    let found = model.probe(&values, &conditions, work).unwrap();
+    let slopes = model.respond(&values, Order::First, work).unwrap().s;
+    for (k, p) in assembly.parameters().iter().enumerate() {
+        let at = p.name.strip_suffix("_gain").unwrap();
+        let effects = &assembly.candidates()[0].effects;
+        let effect = effects.iter().position(|e| e.place_text == at).unwrap();
+        let sum: C64 = found.laws.iter().filter(|l| l.0 == [0, effect]).map(|l| l.1[0]).sum();
+        let expected = slopes.gradient()[k] * values[k];
+        assert!((sum - expected).norm() < 1e-9 * expected.norm(), "{at}: {sum} {expected}");
+    }
 }

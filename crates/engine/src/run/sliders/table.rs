@@ -256,3 +256,25 @@ fn subsets(of: &[usize]) -> Vec<Vec<usize>> {
     }
     all
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{SliderAxis, Table};
+
+    /// What is linear in each of three factors is found exactly anywhere between nodes, the last axis running
+    /// fastest.
+    #[test]
+    fn exact_numbers_between_nodes_are_linear_in_every_factor() {
+        let levels = [vec![1.0, 2.0, 4.0], vec![-1.0, 3.0], vec![0.0, 0.5, 2.0, 3.0]];
+        let axes = levels.iter().enumerate();
+        let axes = axes.map(|(factor, levels)| SliderAxis { factor, levels: levels.clone() }).collect();
+        let (shares, states) = (Vec::new(), Vec::new());
+        let table = Table { axes, shares, kinks: Vec::new(), brought: Vec::new(), states };
+        let of = |x: f64, y: f64, z: f64| (2.0 + x) * (5.0 - y) * (1.0 + 3.0 * z);
+        let node = |k: usize| of(levels[0][k / 8], levels[1][k / 4 % 2], levels[2][k % 4]);
+        for [x, y, z] in [[1.0, 3.0, 2.0], [3.5, 0.2, 2.7], [1.3, -1.0, 0.1], [4.0, 2.9, 3.0]] {
+            let found = table.between(&[x, y, z], node);
+            assert!((found - of(x, y, z)).abs() < 1e-12 * of(x, y, z), "{x} {y} {z}: {found}");
+        }
+    }
+}

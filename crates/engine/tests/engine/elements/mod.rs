@@ -1,5 +1,7 @@
 //! Every element and end of network files in a rig: the same modes.
 
+mod accounts;
+mod along;
 mod nearest;
 mod refused;
 mod tables;

@@ -62,6 +62,8 @@ fn behaviour_bad_elements_are_refused_with_line_and_remedy() {
     for (text, said) in [
         (flame("gain = 1\nreference = 0.7"), "smaller distance"),
         (flame("gain = 1\nlength = 2"), "ends on the ducts"),
+        // The ducts end 0.55 m behind the flame.
+        (flame("gain = 1\nlength = 0.5501"), "ends on the ducts"),
         (flame("gain = 1\nlength = 0.1\npieces = 1\ndensity = [1, 0, 1]"), "give more pieces"),
         (
             flame("gain = 1\nlength = 0.2\n[[element]]\ntype = 'screen'\nresistance = 3\nat = 0.6"),

@@ -7,7 +7,10 @@ mod right;
 mod seeds;
 mod variants;
 
-use rijke_engine::run::Asked;
+use crate::common::folder::Folder;
+use crate::common::tube::{TUBE, speed};
+use rijke_engine::run::{Asked, Run, Trusted};
+use rijke_study::Study;
 use variants::{QUARTER_WAVE, Variant};
 
 /// Whether a term is one of these effects within 5 cm of a place.
@@ -43,4 +46,37 @@ fn oracle_terms_gain_what_trainings_with_them_gain() {
         assert!((asked.gain - gain).abs() < 0.15 + 0.1 * gain.abs(), "{asked:?}: {gain}");
     }
     assert!(chosen.len() == 6 && refits.len() == 6);
+}
+
+/// A frequency that is one per cent too high: whatever moves it explains it as well as all else does.
+#[test]
+fn exact_one_number_cannot_tell_effects_apart() {
+    let folder = Folder::new(
+        "missing-one",
+        &[
+            ("rig.toml", TUBE),
+            ("campaign.csv", "point,x [cm],T_amb [degC]\na,100,20\n"),
+            (
+                "study.toml",
+                "name = \"t\"\n[[stage]]\nid = \"s\"\npoints = {}\n[stage.noise]\ngrowth_rate = 0.0\nangular_frequency = 0.0\n",
+            ),
+            ("observations/observations.toml", "kind = \"virtual\"\nsource = \"closed form\"\n"),
+            (
+                "observations/modes.csv",
+                &format!("point,frequency [Hz],frequency_sd [Hz]\na,{},0.05\n", 1.01 * 0.5 * speed()),
+            ),
+        ],
+    );
+    let study = Study::open(&folder.0).unwrap();
+    let observations = study.observations().unwrap();
+    let stage = Run::new(study, &observations, Trusted::Laplace).unwrap().next_stage().unwrap().unwrap();
+    let missing = stage.missing.unwrap();
+    let family = &missing.families[0];
+    let first = format!("{} at {}", family.first.effect, family.first.place);
+    for end in ["upstream", "downstream"] {
+        let law = format!("reflection, in proportion to s at {end} end");
+        assert!(first == law || family.like.contains(&law), "{first}: {:?}", family.like);
+    }
+    // But for those in the middle and real reflections, which move it by next to nothing.
+    assert!(family.like.len() + 10 > missing.tried, "{} of {}", family.like.len(), missing.tried);
 }

@@ -69,14 +69,15 @@ fn truth(stream: &mut rijke_numerics::Stream) -> [f64; 3] {
 #[test]
 fn oracle_errors_of_the_head_are_those_about_the_answer_of_the_model() {
     let frequency_hz: Vec<f64> = (0..80).map(|k| 100.0 + 36.0 * f64::from(k)).collect();
-    let (noise, count) = (3e-3, 5);
+    let noise = 3e-3;
     let cases = [
-        (vec![(0, 0.05), (1, 0.05)], [0.0, 100.0]),
-        (vec![(0, 0.05), (1, 0.05), (2, 0.05)], [0.0, 100.0]),
-        (vec![(0, 0.02), (1, 0.02)], [4e-3, 120.0]),
+        (vec![(0, 0.05), (1, 0.05)], 5, [0.0, 100.0]),
+        (vec![(0, 0.05), (1, 0.05), (2, 0.05)], 5, [0.0, 100.0]),
+        (vec![(0, 0.02), (1, 0.02)], 5, [4e-3, 120.0]),
+        (vec![(1, 0.05)], 1, [0.0, 100.0]),
     ];
-    for (k, (terms, misfit)) in cases.iter().enumerate() {
-        let (terms, misfit) = (terms.as_slice(), *misfit);
+    for (k, (terms, count, misfit)) in cases.iter().enumerate() {
+        let (terms, count, misfit) = (terms.as_slice(), *count, *misfit);
         for seed in 0..3 {
             let mut stream = Streams::new(seed).stream("responses/head");
             let parameters = truth(&mut stream);

@@ -53,7 +53,16 @@ fn study(name: &str, more: &str) -> Study {
 
 /// The stage trained on numbers with normal errors, of which both parts have this floor and this share of the
 /// modulus; with `stated`, their files say so.
-fn trained(study: &Study, seed: u64, [floor, share]: [f64; 2], stated: bool) -> ResponseStageRecord {
+fn trained(study: &Study, seed: u64, noise: [f64; 2], stated: bool) -> ResponseStageRecord {
+    let (mut response, exact) = response(study, seed, noise);
+    if stated {
+        response.sd = exact.iter().map(|z| noise[0].hypot(noise[1] * z.norm())).collect();
+    }
+    ResponseRun::new(study.clone(), observed(vec![response])).unwrap().next_stage().unwrap().unwrap()
+}
+
+/// The numbers, and what they would be without errors.
+fn response(study: &Study, seed: u64, [floor, share]: [f64; 2]) -> (ObservedResponse, Vec<C64>) {
     let mut stream = Streams::new(seed).stream("noise in proportion");
     let mut normal = || -> f64 { StandardNormal.sample(&mut stream) };
     let frequency_hz: Vec<f64> = (2..=40).map(|k| 10.0 * f64::from(k)).collect();
@@ -64,11 +73,8 @@ fn trained(study: &Study, seed: u64, [floor, share]: [f64; 2], stated: bool) -> 
     let sd = |z: &C64| floor.hypot(share * z.norm());
     let exact: Vec<C64> = frequency_hz.iter().map(truth).collect();
     let values = exact.iter().map(|z| z + sd(z) * C64::new(normal(), normal())).collect();
-    let sds = if stated { exact.iter().map(sd).collect() } else { Vec::new() };
-    let rows = frequency_hz.len();
-    let response =
-        ObservedResponse { point: 0, what: law_itself(study), rows, frequency_hz, values, sd: sds };
-    ResponseRun::new(study.clone(), observed(vec![response])).unwrap().next_stage().unwrap().unwrap()
+    let (rows, what) = (frequency_hz.len(), law_itself(study));
+    (ObservedResponse { point: 0, what, rows, frequency_hz, values, sd: Vec::new() }, exact)
 }
 
 /// Root mean squares of the errors of gain, delay and filter over their stated deviations, and how many seeds
@@ -126,4 +132,64 @@ fn exact_numbers_that_state_their_deviations_are_not_asked() {
     // 3 % of 39 numbers of which each counts alike.
     let n = best.parameters.iter().find(|p| p.name == "n").unwrap();
     assert!((0.003..0.012).contains(&(n.sd / n.value)), "{}", n.sd);
+}
+
+/// n e^(-s tau) at N frequencies has N/noise^2 of n, the sum of (n omega)^2/noise^2 of tau, and nothing of
+/// both together; the prior adds one over its variance. n is tried up to half a deviation above its centre.
+#[test]
+fn exact_foresight_of_a_gain_and_a_delay() {
+    let frequency_hz: Vec<f64> = (1..=40).map(|k| 10.0 * f64::from(k)).collect();
+    let squares: f64 = frequency_hz.iter().map(|f| (2.0 * PI * f).powi(2)).sum();
+    for (name, more, noise) in [
+        ("foreseen-fixed", "noise = 0.2", 0.2),
+        ("foreseen-inferred", "noise = { median = 0.5, ln_sd = 1.0 }", 0.5),
+        ("foreseen-floated", "noise = \"floated\"", 0.01),
+    ] {
+        let study = study(name, more);
+        let response = ObservedResponse {
+            point: 0,
+            what: law_itself(&study),
+            rows: frequency_hz.len(),
+            frequency_hz: frequency_hz.clone(),
+            values: vec![C64::ONE; frequency_hz.len()],
+            sd: Vec::new(),
+        };
+        let found = ResponseRun::new(study, observed(vec![response])).unwrap().foresight().unwrap();
+        assert_eq!(found[0].noise, noise);
+        let bare = found[0].models.iter().find(|m| m.id == "bare").unwrap();
+        let width = |told: f64, sd: f64| (1.0 + told * sd * sd / (noise * noise)).sqrt().recip();
+        let expected = [width(40.0, 0.3), width(1.15_f64.powi(2) * squares, 0.0005)];
+        assert_eq!(bare.widths.len(), 2);
+        for ((name, found), expected) in bare.widths.iter().zip(expected) {
+            assert!((found / expected - 1.0).abs() < 1e-6, "{more}, {name}: {found} {expected}");
+        }
+    }
+}
+
+/// Noise that the data chose may be an error of the law itself: as large, and apart from frequency to
+/// frequency. A part in proportion makes it larger where the law is.
+#[test]
+fn exact_what_a_law_was_not_measured_to_is_an_error_of_it() {
+    for (name, more) in [("white-law", "noise_in_proportion = false"), ("grey-law", "")] {
+        let study = study(name, more);
+        let (response, truth) = response(&study, 7, [0.006, 0.03]);
+        let mut run = ResponseRun::new(study, observed(vec![response.clone()])).unwrap();
+        let stage = run.next_stage().unwrap().unwrap();
+        let error = run.grounds()[0].models[0].law.clone().unwrap();
+        let found =
+            |name: &str| model(&stage, "one").noise.iter().find(|n| n.name == name).map_or(0.0, |n| n.sd);
+        let [floor, share] = [found("noise"), found(SHARE)];
+        let variance = |z: &C64| floor * floor + (share * z.norm()).powi(2);
+        let mean = truth.iter().map(variance).sum::<f64>() / truth.len() as f64;
+        assert_eq!((error.role.as_str(), error.over), ("part", None));
+        // The modulus is that of the model where this was fitted.
+        assert!((error.sd / mean.sqrt() - 1.0).abs() < 0.02, "{name}: {} {}", error.sd, mean.sqrt());
+        let added = error.added.unwrap();
+        assert!((added.length_hz - 10.0).abs() < 1e-9 && added.coefficient == "eu", "{added:?}");
+        assert_eq!(added.along.is_empty(), share == 0.0);
+        for ([hz, size], (f, z)) in added.along.iter().zip(response.frequency_hz.iter().zip(&truth)) {
+            assert_eq!(hz, f);
+            assert!((size / (variance(z) / mean).sqrt() - 1.0).abs() < 0.05, "{hz}: {size}");
+        }
+    }
 }

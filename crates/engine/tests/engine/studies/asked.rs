@@ -80,6 +80,10 @@ fn message_of_a_day_or_a_deviation_that_cannot_be() {
     assert!(said.contains("the campaign has no day `two` (one)"), "{said}");
     let said = refused(asked(&[("x", 0.9), ("T_amb_sd", -1.0)], None));
     assert!(said.contains("T_amb_sd = -1: a standard deviation lies from 0 to 50 K"), "{said}");
+    let said = refused(asked(&[("x", 0.9), ("x_sd", -1e-9)], None));
+    assert!(said.contains("x_sd = -0.000000001: a standard deviation is zero or more"), "{said}");
+    let exact = asked(&[("x", 0.9), ("x_sd", 0.0)], None);
+    assert!(with_points(&study, &Selection::default(), &[exact]).is_ok());
 }
 
 /// The modes of a point are those that are predicted of it: of gas with the inferred error.
@@ -154,6 +158,15 @@ fn exact_nodes_of_a_map_differ_in_its_factors_alone() {
     assert_eq!(others(&AskedPoint::default()), ("NaN".to_owned(), [295.0, 2.0], String::new()));
     let held = others(&asked(&[("z", 6.5), ("T_amb", 310.0)], None));
     assert_eq!(held, ("6.5".to_owned(), [310.0, 3.0], String::new()));
+    // Of points beside the middle of the map, 0.8 m and 2, the nearest gives what is not on an axis.
+    let beside = "point,x [cm],y,z,T_amb [K]\na,100,1,1,290\nb,60,3,2,290\nc,78,2,3,290\nd,86,2,4,290\n";
+    let modes = "point,frequency [Hz],frequency_sd [Hz]\na,171.6,0.05\n";
+    let files = [("campaign.csv", beside), ("observations/modes.csv", modes)];
+    let near = Study::open(&two_points("map-middle", &files).0).unwrap();
+    let nodes = MapGrid::new(&near.campaign, [0, 1], [None, None]).unwrap();
+    let nodes = over_map(&near, &every, &nodes, &AskedPoint::default()).unwrap();
+    let (wider, places) = with_points(&near, &every, &nodes[..1]).unwrap();
+    assert_eq!(wider.campaign.points[places[0]].factors[2], 3.0);
     let refused = over_map(&study, &every, &grid, &asked(&[("x", 0.7)], None)).unwrap_err().to_string();
     assert!(refused.contains("`x` is on an axis of the map"), "{refused}");
 }

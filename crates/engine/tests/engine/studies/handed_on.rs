@@ -1,9 +1,9 @@
 //! What a stage hands on whose posterior is no Gaussian: every maximum of it, and a word where one is bent.
 
-use super::ORIGIN;
+use super::{ORIGIN, PLAN, two_points};
 use crate::common::folder::Folder;
 use crate::common::tube::speed;
-use rijke_engine::run::{Run, StageRecord, Trusted};
+use rijke_engine::run::{Run, StageRecord, Trusted, foresight};
 use rijke_study::Study;
 use std::f64::consts::PI;
 
@@ -117,4 +117,20 @@ fn message_a_bent_posterior_that_was_handed_on_is_said() {
     let said = row.remark.clone().unwrap_or_default();
     assert!(said.contains("stage `cold` handed its posterior on as a Gaussian"), "{said}");
     assert!(!stages[0].models[0].remark.clone().unwrap_or_default().contains("handed"));
+}
+
+/// Growth rates tell r by c/(L r) at each of two points; a second stage with as many adds as much.
+#[test]
+fn exact_foresight_adds_what_earlier_stages_tell() {
+    let stage = "[[stage]]\nid = \"t\"\npoints = {}\non = \"s\"\n[stage.noise]\ngrowth_rate = 0.0\nangular_frequency = 0.0\n";
+    let folder = two_points("foresight-on", &[("study.toml", &format!("{PLAN}{stage}"))]);
+    let study = Study::open(&folder.0).unwrap();
+    let found = foresight(&study, None, [4.0, 1.0, 1e-3], 293.15).unwrap();
+    let told: f64 = [1.0, 0.8].iter().map(|length| (speed() / (length * 0.9) * 0.2 / 4.0).powi(2)).sum();
+    for (stage, times) in found.iter().zip([1.0, 2.0]) {
+        let [(_, width)] = &stage.models[0].widths[..] else { panic!("{:?}", stage.models) };
+        let exact = (1.0 + times * told).sqrt().recip();
+        assert!((width / exact - 1.0).abs() < 1e-6, "{}: {width} {exact}", stage.id);
+    }
+    assert_eq!(found.len(), 2);
 }

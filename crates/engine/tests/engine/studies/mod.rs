@@ -12,6 +12,7 @@ mod lengths;
 mod meant;
 mod misfit;
 mod miswired;
+mod parts;
 mod questions;
 mod sliders;
 mod together;
@@ -117,6 +118,10 @@ fn message_two_modes_of_a_point_must_be_two() {
     let folder = tube("twins", rows);
     let refused = run(&folder.0).unwrap_err().to_string();
     assert!(refused.contains("174.0 Hz was measured, the rig as described rings at 343.2 Hz"), "{refused}");
+    // The second mode lies more than the distance between modes above both.
+    let folder = tube("one-mode", &rows.replace("171.6", "160.0").replace("174.0", "165.0"));
+    let refused = run(&folder.0).unwrap_err().to_string();
+    assert!(refused.contains("160.0") && refused.contains("165.0") && refused.contains("171.6"), "{refused}");
 }
 
 /// Growth rate and frequency (Hz) of the first mode of a tube of r = 0.85, from s = c (ln r + i pi)/L.

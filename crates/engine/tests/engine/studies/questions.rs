@@ -149,7 +149,8 @@ fn exact_a_law_over_frequency_is_the_closed_form() {
         [[candidate.effect]]\nacts_at = \"downstream\"\nreflection = \"a*R_LS*exp(-s*tau)\"\n";
     let plan = format!(
         "{PLAN}[stage.with]\nmouth = \"mouth.late\"\n[[ask]]\nid = \"l\"\nask = \"law\"\nrole = \"mouth\"\nstage = \"s\"\n\
-         frequency_hz = [50, 900]\nper = \"2*A\"\n"
+         frequency_hz = [50, 900]\nper = \"2*A\"\n\
+         [[ask]]\nid = \"m\"\nask = \"law\"\nrole = \"mouth\"\nstage = \"s\"\nfrequency_hz = [4700, 4800]\nper = \"-2*A\"\n"
     );
     let head = "point,growth_rate [1/s],growth_rate_sd [1/s],frequency [Hz],frequency_sd [Hz]\n";
     let modes = format!("{head}a,-70,1,168,0.1\nb,-90,1,209,0.1\n");
@@ -185,4 +186,11 @@ fn exact_a_law_over_frequency_is_the_closed_form() {
         near(number("phase_sd"), omega * tau_sd);
         assert!((number("phase") + omega * tau).abs() < 4.0, "a phase that jumps: {row:?}");
     }
+    // The first phase of a curve lies within half a turn of zero.
+    let curve = &run.answer(&study.plan.questions[1]).unwrap().frames[0];
+    let phase = curve.rows[0].values[curve.column("phase").unwrap()].unwrap();
+    let omega = std::f64::consts::TAU * 4700.0;
+    let end = rijke_network::levine_schwinger::reflection(C64::new(0.5 * diameter * omega / c, 0.0))[0];
+    let expected = (-end * C64::from_polar(1.0, -omega * tau)).arg();
+    assert!((phase - expected).abs() < 1e-9 && expected < -2.5, "{phase} {expected}");
 }
