@@ -46,24 +46,30 @@ pub(super) fn calibrate(
             return Ok((None, None));
         }
         let before = rejections.len();
-        let cause = match at_rate(source, options, rate_hz, advance, &mut rejections, &mut records)? {
-            Ok(found) => return Ok((Some(found), None)),
-            Err(CalibrationError::TooFew { have: 0 }) if rejections.len() == before => {
-                format!("there are no calibration clicks at {rate_hz} Hz")
-            }
-            Err(CalibrationError::TooFew { have }) => {
-                let first = rejections
-                    .get(before)
-                    .map_or(String::new(), |r| format!("; the first rejected, {}: {}", r.record, r.reason));
-                format!("of the calibration clicks at {rate_hz} Hz {have} can be used{first}")
-            }
-            Err(cause) => {
-                let first = rejections.get(before).map(|r| format!("{}: {}", r.record, r.reason));
-                let cause = Box::new(cause.called(&of_rig(&set.acquisition, &set.rig.microphones)));
-                let records = files(set, rate_hz);
-                return Err(ProcessError::Calibration { rate_hz, records, cause, first_rejection: first });
-            }
-        };
+        let cause =
+            match at_rate(source, options, rate_hz, advance, &mut rejections, &mut records)? {
+                Ok(found) => return Ok((Some(found), None)),
+                Err(CalibrationError::TooFew { have: 0 }) if rejections.len() == before => {
+                    format!("there are no calibration clicks at {rate_hz} Hz")
+                }
+                Err(CalibrationError::TooFew { have }) => {
+                    let first = rejections.get(before).map_or(String::new(), |r| {
+                        format!("; the first rejected, {}: {}", r.record, r.reason)
+                    });
+                    format!("of the calibration clicks at {rate_hz} Hz {have} can be used{first}")
+                }
+                Err(cause) => {
+                    let first = rejections.get(before).map(|r| format!("{}: {}", r.record, r.reason));
+                    let cause = Box::new(cause.called(&of_rig(&set.acquisition, &set.rig.microphones)));
+                    let records = files(set, rate_hz);
+                    return Err(ProcessError::Calibration {
+                        rate_hz,
+                        records,
+                        cause,
+                        first_rejection: first,
+                    });
+                }
+            };
         Ok((None, Some(cause)))
     };
     let (pings, no_pings) = learn(has_pings, set.ping.rate_hz)?;
@@ -181,13 +187,14 @@ fn at_rate(
             Ok(fit)
         })
         .collect::<Result<_, _>>()?;
-    let mut clicks = Vec::new();
+    let (mut clicks, mut names) = (Vec::new(), Vec::new());
     for (&(which, repeat), fit) in jobs.iter().zip(fits) {
         let calibration = &set.calibrations[which];
         let day = &set.days[calibration.day];
         match fit {
             Ok(fit) => {
                 let speed = set.rig.gas.at(day.ambient_temperature, set.rig.pressure).sound_speed;
+                names.push(calibration.clicks[repeat].as_str());
                 clicks.push(KnownClick {
                     fit,
                     expected: set.rig.microphones.positions.iter().map(|x| x / speed).collect(),
@@ -201,5 +208,6 @@ fn at_rate(
     }
     let spread = options.gain_spread.unwrap_or(crate::delays::GAIN_SPREAD);
     let delays = ChannelDelays::calibrate_within(&clicks, rate_hz, spread);
+    let delays = delays.map_err(|cause| cause.with_names(&names));
     Ok(delays.map(|delays| Found { delays, options: click }))
 }

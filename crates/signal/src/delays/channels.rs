@@ -3,6 +3,7 @@
 use super::error::CalibrationError;
 use super::error::plausible;
 use super::left::{misfit, relative, systematic};
+use super::order::{alike, in_order};
 use super::place::{Placed, absolute, place};
 use super::stated::ChannelPriors;
 use crate::Fault;
@@ -61,7 +62,9 @@ impl ChannelDelays {
     /// # Errors
     /// Fewer than two clicks, clicks that do not belong together, or delays and gains that cannot be those of
     /// channels: a negative gain, one that lies more than 30 % from the median of all, a delay (less the
-    /// median) longer than sound takes between neighbouring microphones.
+    /// median) longer than sound takes between neighbouring microphones, two delays that differ by more than
+    /// half of what sound takes from the one to the other (a sample, if that is more), channels that are
+    /// exchanged.
     pub fn calibrate(clicks: &[KnownClick], rate_hz: f64) -> Result<Self, CalibrationError> {
         Self::calibrate_within(clicks, rate_hz, GAIN_SPREAD)
     }
@@ -151,7 +154,11 @@ impl ChannelDelays {
                 &Matrix::from_fn(channels, channels, |i, j| expected[i] * expected[j]),
             );
         }
+        let of_clicks = (0..count).map(|n| (0..channels).map(|m| delay(n, m)).collect());
+        let of_clicks: Vec<Vec<f64>> = of_clicks.collect();
+        in_order(&of_clicks, &first.expected, rate_hz.recip())?;
         plausible(&delays, &gains, &first.expected, spread, &first.fit.overlapped)?;
+        alike(&delays, &first.expected, rate_hz.recip())?;
         let left = misfit(&clicks.iter().map(|c| c.fit.misfit).collect::<Vec<f64>>())?;
         let [gain_variance, time_variance] = systematic(left, &template, &first.fit.frequencies);
         covariance = covariance.plus(time_variance, &Matrix::diagonal(&vec![1.0; channels]));

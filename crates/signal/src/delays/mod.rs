@@ -4,6 +4,7 @@
 mod channels;
 mod error;
 mod left;
+mod order;
 mod place;
 mod stated;
 

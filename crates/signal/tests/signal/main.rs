@@ -13,6 +13,7 @@ mod compared;
 mod drifting;
 mod driven;
 mod excess;
+mod exchanged;
 mod excited;
 mod free;
 mod hum;
