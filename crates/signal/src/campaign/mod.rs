@@ -20,6 +20,7 @@ mod polarity;
 mod process;
 mod rates;
 mod repeated;
+mod travel;
 
 pub use kept::Kept;
 pub use live::LiveRecord;

@@ -20,6 +20,7 @@ use super::path::click_options;
 use super::polarity::ties_in_words;
 use super::rates::{of_other_rates, without_shapes};
 use super::repeated::{combine_pings, unrepeated};
+use super::travel;
 use crate::click::{ClickOptions, fit_click};
 use crate::delays::ChannelDelays;
 use crate::dsp::noise::other_mains;
@@ -203,8 +204,11 @@ fn fit_all(
                 let peak = loudness(&record);
                 let records = &set.points[point];
                 let own = click_options(set, records.day, Some(records), click);
-                let arrival = fit_click(&Trace::from(&record), &own)
-                    .and_then(|fit| Ok(Some((delays.arrival(&fit, true)?, delays.inverted(&fit)?))));
+                let arrival = fit_click(&Trace::from(&record), &own).and_then(|fit| {
+                    let arrival = delays.arrival(&fit, true)?;
+                    travel::check(set, &arrival, &delays.covariance)?;
+                    Ok(Some((arrival, delays.inverted(&fit)?)))
+                });
                 Ok((Fitted::Click(arrival), peak))
             }
         }

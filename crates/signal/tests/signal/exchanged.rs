@@ -149,3 +149,22 @@ fn message_channels_exchanged_in_the_calibration_are_named() {
     let said = records.process().map(|_| ()).unwrap_err();
     assert!(said.contains("are exchanged in 2 of 4 calibration clicks, the first of them cal-2"), "{said}");
 }
+
+/// Before, their arrival times were taken as they were: wrong by hundreds of microseconds.
+#[test]
+fn message_channels_exchanged_in_the_clicks_of_a_point_are_named() {
+    for [a, b] in [[2, 3], [1, 2], [4, 6]] {
+        let records = Clicks { at_point: Some([a, b]), ..Clicks::new(DataKind::Measured) };
+        let done = records.process().unwrap();
+        let points = &done.observations.points;
+        assert_eq!((points[0].click_count, points[1].click_count), (2, 0));
+        assert!(points[1].click.is_none());
+        for rejection in &done.observations.rejections {
+            let named =
+                format!("microphone {a} (p{}) and microphone {b} (p{}) are exchanged: ", a + 1, b + 1);
+            assert!(rejection.reason.starts_with(&named), "{}", rejection.reason);
+            assert!(rejection.reason.contains("`channels` of these files in an [[exception]]"));
+        }
+        assert_eq!(done.observations.rejections.len(), 2);
+    }
+}
