@@ -386,6 +386,9 @@ pub enum Fault {
     /// standard deviations, or of its own stated one if that is larger.
     #[error("{0} lies {1:.1} standard deviations from the other repeats")]
     Outlier(String, f64),
+    /// A steady tone beside the mode.
+    #[error(transparent)]
+    SteadyTone(#[from] crate::SteadyTone),
     /// Sound does not reach the channels as a gas carries it.
     #[error(transparent)]
     OutOfOrder(#[from] crate::OutOfOrder),

@@ -14,6 +14,7 @@ mod random;
 mod readings;
 mod repeats;
 mod ringdown;
+mod steady;
 mod trace;
 mod unstable;
 mod words;
@@ -38,5 +39,6 @@ pub use random::{
 };
 pub use readings::TwoReadings;
 pub use repeats::{Repeats, combine, pool};
+pub use steady::SteadyTone;
 pub use trace::Trace;
 pub use unstable::Unstable;

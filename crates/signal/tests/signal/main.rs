@@ -25,5 +25,6 @@ mod ringing;
 mod shapes;
 mod short;
 mod swept;
+mod toned;
 mod uncalibrated;
 mod wandering;
