@@ -6,6 +6,7 @@ mod copies;
 mod disagreeing;
 mod drifts;
 mod excesses;
+mod extrapolated;
 mod fitted;
 mod gains;
 mod gathered;

@@ -34,6 +34,8 @@ pub struct ChannelDelays {
     /// Sum of squared deviations of the clicks from their mean over the noise stated for them, per degree of
     /// freedom.
     pub scatter: f64,
+    /// Frequencies between which the clicks tell of gains and delays, Hz; none if no click does.
+    pub(crate) band_hz: Option<(f64, f64)>,
     template: Vec<C64>,
     frequencies: Vec<f64>,
 }
@@ -198,6 +200,7 @@ impl ChannelDelays {
             covariance,
             clicks: count,
             scatter,
+            band_hz: Some(first.fit.band_hz),
             template,
             frequencies,
         })
@@ -214,6 +217,7 @@ impl ChannelDelays {
             gain_covariance: diagonal(stated.gain_sd),
             clicks: 0,
             scatter: 0.0,
+            band_hz: None,
             template: Vec::new(),
             frequencies: Vec::new(),
         }
@@ -252,7 +256,8 @@ impl ChannelDelays {
     pub(crate) fn at_another_rate(&self, rate_hz: f64, delay_sd: f64) -> Self {
         let channels = self.gains.len();
         let stated = Self::stated(channels, rate_hz, ChannelPriors { gain_sd: 0.0, delay_sd });
-        Self { gains: self.gains.clone(), gain_covariance: self.gain_covariance.clone(), ..stated }
+        let (gains, gain_covariance) = (self.gains.clone(), self.gain_covariance.clone());
+        Self { gains, gain_covariance, band_hz: self.band_hz, ..stated }
     }
 
     /// By how much a small dispersion kappa of the path ([`crate::ClickOptions::dispersion`]) delays the

@@ -168,3 +168,18 @@ fn message_channels_exchanged_in_the_clicks_of_a_point_are_named() {
         assert_eq!(done.observations.rejections.len(), 2);
     }
 }
+
+#[test]
+fn message_a_mode_outside_the_band_of_the_clicks_is_said() {
+    let notes = |kind: DataKind| {
+        let mut records = Clicks::new(kind);
+        records.set.points[0].pings = (0..2).map(|n| format!("ping-{n}")).collect();
+        records.process().unwrap().notes
+    };
+    let found = notes(DataKind::Measured);
+    let said = found.iter().find(|note| note.contains("lies below the band of the calibration clicks"));
+    let said = said.unwrap_or_else(|| panic!("{found:?}"));
+    assert!(said.starts_with("the mode (172.7 Hz) ") && said.contains("Hz): gains and delays"), "{said}");
+    // Channels of the virtual laboratory are gains and delays at all frequencies.
+    assert!(!notes(DataKind::Virtual).iter().any(|note| note.contains("the band of the calibration clicks")));
+}
