@@ -1,5 +1,6 @@
 //! What the calibration clicks of a record set say of its channels, and what is done without them.
 
+use super::copies::leave_out_copied_clicks;
 use super::fitted::rejection;
 use super::live::of_rig;
 use super::options::{ProcessError, ProcessOptions};
@@ -47,7 +48,7 @@ pub(super) fn calibrate(
         }
         let before = rejections.len();
         let cause =
-            match at_rate(source, options, rate_hz, advance, &mut rejections, &mut records)? {
+            match at_rate(source, options, rate_hz, advance, (&mut rejections, &mut notes), &mut records)? {
                 Ok(found) => return Ok((Some(found), None)),
                 Err(CalibrationError::TooFew { have: 0 }) if rejections.len() == before => {
                     format!("there are no calibration clicks at {rate_hz} Hz")
@@ -159,7 +160,7 @@ fn at_rate(
     options: &ProcessOptions,
     rate_hz: f64,
     advance: &(dyn Fn() + Sync),
-    rejections: &mut Vec<Rejection>,
+    (rejections, notes): (&mut Vec<Rejection>, &mut Vec<String>),
     records: &mut usize,
 ) -> Result<Result<Found, CalibrationError>, ProcessError> {
     let set = source.set();
@@ -206,6 +207,8 @@ fn at_rate(
             Err(fault) => rejections.push(rejection(&calibration.clicks[repeat], &fault.called(&called))),
         }
     }
+    let copies = leave_out_copied_clicks(&mut names, &mut clicks, rejections);
+    notes.extend(copies.filter(|said| !notes.contains(said)));
     let spread = options.gain_spread.unwrap_or(crate::delays::GAIN_SPREAD);
     let delays = ChannelDelays::calibrate_within(&clicks, rate_hz, spread);
     let delays = delays.map_err(|cause| cause.with_names(&names));

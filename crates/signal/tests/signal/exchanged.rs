@@ -169,6 +169,20 @@ fn message_channels_exchanged_in_the_clicks_of_a_point_are_named() {
     }
 }
 
+/// Before, four copies counted as four clicks.
+#[test]
+fn behaviour_copies_among_the_calibration_clicks_count_once() {
+    for gains in [[1.0; CALIBRATIONS], [1.0, 0.95, 0.9, 0.85]] {
+        let done = Clicks { copies: Some(gains), ..Clicks::new(DataKind::Measured) }.process().unwrap();
+        assert!(done.click_delays.is_none());
+        let of_copies = |r: &&rijke_rig::Rejection| r.reason.starts_with("a copy of cal-0: ");
+        assert_eq!(done.observations.rejections.iter().filter(of_copies).count(), 3);
+        let said = |part: &str| done.notes.iter().any(|note| note.contains(part));
+        assert!(said("3 of 4 calibration clicks are copies of others"), "{:?}", done.notes);
+        assert!(said("of the calibration clicks at 62500 Hz 1 can be used"), "{:?}", done.notes);
+    }
+}
+
 #[test]
 fn message_a_mode_outside_the_band_of_the_clicks_is_said() {
     let notes = |kind: DataKind| {
