@@ -3,7 +3,8 @@
 use super::kernels::{Powers, dot};
 use rijke_numerics::C64;
 
-/// Shortest stretch, s, whose hum tells its frequency, and by what share that lies from the nominal one at most.
+/// Shortest stretch, s, whose hum tells its frequency, and by what share that lies from the nominal one at
+/// most.
 const TELLS: f64 = 0.3;
 const WITHIN: f64 = 0.005;
 /// Periods over which hum is averaged before its frequency is sought: the other harmonics are nothing then.
