@@ -6,7 +6,7 @@ use super::live::of_rig;
 use super::options::{ProcessError, ProcessOptions};
 use super::path::click_options;
 use crate::click::{ClickFit, ClickOptions, Extent, fit_click};
-use crate::delays::{CalibrationError, ChannelDelays, KnownClick};
+use crate::delays::{CalibrationError, ChannelDelays, KnownClick, exchanged};
 use crate::{Fault, Trace};
 use rayon::prelude::*;
 use rijke_rig::{Calibration, RecordSet, RecordSource, Rejection, RigError};
@@ -209,8 +209,34 @@ fn at_rate(
     }
     let copies = leave_out_copied_clicks(&mut names, &mut clicks, rejections);
     notes.extend(copies.filter(|said| !notes.contains(said)));
+    if clicks.len() < 2 {
+        // An impulse of another channel does not fit the place at which it is sought: that is no fault of it.
+        let mut heard = Vec::new();
+        for &(which, repeat) in &jobs {
+            heard.push(onsets(&Trace::from(&source.calibration(which, repeat)?)));
+        }
+        let day = jobs.first().map(|(which, _)| &set.days[set.calibrations[*which].day]);
+        let speed = day.map(|day| set.rig.gas.at(day.ambient_temperature, set.rig.pressure).sound_speed);
+        let expected = speed.map(|c| set.rig.microphones.positions.iter().map(|x| x / c).collect());
+        let files: Vec<&str> = jobs.iter().map(|(k, n)| set.calibrations[*k].clicks[*n].as_str()).collect();
+        if let Err(cause) =
+            expected.map_or(Ok(()), |expected: Vec<f64>| exchanged(&heard, &expected, rate_hz))
+        {
+            return Ok(Err(cause.with_names(&files)));
+        }
+    }
     let spread = options.gain_spread.unwrap_or(crate::delays::GAIN_SPREAD);
     let delays = ChannelDelays::calibrate_within(&clicks, rate_hz, spread);
     let delays = delays.map_err(|cause| cause.with_names(&names));
     Ok(delays.map(|delays| Found { delays, options: click }))
+}
+
+/// When each channel first hears half of its largest sound after the trigger, s.
+fn onsets(trace: &Trace<'_>) -> Vec<f64> {
+    let of = |y: &Vec<f64>| {
+        let after = &y[trace.quiet.min(y.len())..];
+        let largest = after.iter().fold(0.0_f64, |a, v| a.max(v.abs()));
+        after.iter().position(|v| v.abs() >= 0.5 * largest).unwrap_or(0) as f64 / trace.rate_hz
+    };
+    trace.channels.iter().map(of).collect()
 }

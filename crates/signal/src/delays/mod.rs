@@ -11,4 +11,5 @@ mod stated;
 pub(crate) use channels::GAIN_SPREAD;
 pub use channels::{ChannelDelays, KnownClick};
 pub use error::CalibrationError;
+pub(crate) use order::exchanged;
 pub use stated::ChannelPriors;

@@ -32,33 +32,46 @@ fn apart(delays: &[f64], expected: &[f64], step: f64) -> Option<Apart> {
     beyond.max_by(|p, q| (p.difference / limit(p)).total_cmp(&(q.difference / limit(q))))
 }
 
-/// The exchange that makes delays those of channels where they are not, the two channels that are most apart,
-/// and how far these are when they are exchanged back.
-fn exchange(delays: &[f64], expected: &[f64], step: f64) -> Option<(Exchange, Apart, f64)> {
-    let worst = apart(delays, expected, step)?;
+/// The exchange that makes delays those of channels where they are not; how far the delays of its two
+/// outermost channels are apart, as they are and exchanged back; and the travel time between these.
+fn exchange(delays: &[f64], expected: &[f64], step: f64) -> Option<(Exchange, [f64; 2], f64)> {
+    apart(delays, expected, step)?;
     let times: Vec<f64> = delays.iter().zip(expected).map(|(d, x)| d + x).collect();
     let order = by_arrival(expected, &times);
     let back: Vec<f64> = order.iter().zip(expected).map(|(m, x)| times[*m] - x).collect();
     let exchange = Exchange::of(&order, expected)?;
-    let [a, b] = worst.channels;
-    apart(&back, expected, step).is_none().then(|| (exchange, worst, (back[b] - back[a]).abs()))
+    let [a, b] = [exchange.channels.first()?.number(), exchange.channels.last()?.number()];
+    let between = |values: &[f64]| (values[b] - values[a]).abs();
+    let found = (exchange, [between(delays), between(&back)], between(expected));
+    apart(&back, expected, step).is_none().then_some(found)
 }
 
 /// Refuses channels that are exchanged in any click.
 pub(super) fn in_order(clicks: &[Vec<f64>], expected: &[f64], step: f64) -> Result<(), CalibrationError> {
     let found: Vec<_> = clicks.iter().map(|delays| exchange(delays, expected, step)).collect();
     let Some(click) = found.iter().position(Option::is_some) else { return Ok(()) };
-    let Some((exchange, worst, back)) = &found[click] else { return Ok(()) };
-    let same = |other: &&Option<(Exchange, Apart, f64)>| matches!(other, Some((e, ..)) if e == exchange);
+    let Some((exchange, delays, travel)) = &found[click] else { return Ok(()) };
+    let same = |other: &&Option<(Exchange, [f64; 2], f64)>| matches!(other, Some((e, ..)) if e == exchange);
     Err(CalibrationError::Exchanged {
         exchange: exchange.clone(),
         clicks: found.iter().filter(same).count(),
         of: clicks.len(),
         click,
         first: None,
-        delays: [worst.difference, *back],
-        travel: worst.travel,
+        delays: *delays,
+        travel: *travel,
     })
+}
+
+/// Refuses channels that are exchanged in half of the clicks or more, by the times at which they are first
+/// `heard`, to a sample or two.
+pub(crate) fn exchanged(heard: &[Vec<f64>], expected: &[f64], rate_hz: f64) -> Result<(), CalibrationError> {
+    let late = |times: &Vec<f64>| times.iter().zip(expected).map(|(t, x)| t - x).collect::<Vec<f64>>();
+    let fitting = heard.iter().filter(|times| times.len() == expected.len());
+    match in_order(&fitting.map(late).collect::<Vec<_>>(), expected, 2.0 / rate_hz) {
+        Err(CalibrationError::Exchanged { clicks, of, .. }) if 2 * clicks < of => Ok(()),
+        found => found,
+    }
 }
 
 /// Refuses delays of which two differ by more than those of channels do.

@@ -20,7 +20,8 @@ struct Clicks {
     set: RecordSet,
     clicking: Clicking,
     clean: Vec<Vec<f64>>,
-    /// Channels exchanged in the clicks of the calibration from this one on, and in those of the second point.
+    /// Channels exchanged in the clicks of the calibration from this one on, and in those of the second
+    /// point.
     in_calibration: Option<([usize; 2], usize)>,
     at_point: Option<[usize; 2]>,
     /// Gains with which the calibration clicks are one click.
