@@ -3,7 +3,7 @@
 use crate::Channel;
 use crate::readings::TwoReadings;
 use crate::unstable::Unstable;
-use crate::words::not_quiet;
+use crate::words::{not_free, not_quiet, second_excitation};
 
 /// What is wrong with one record. Every variant concerns that record alone: the caller lists it and goes on
 /// with the next. Times are seconds from the first sample of the record.
@@ -217,11 +217,7 @@ pub enum Fault {
     #[error("the tone at {0:.1} Hz is not told from hum at {1:.0} Hz: drive the mode, or state `mains_hz`")]
     BesideMains(f64, f64),
     /// The loudspeaker acted a second time.
-    #[error(
-        "second excitation at {at:.3} s: the amplitude grows {factor:.2} times while it should decay. The loudspeaker acts twice \
-         or is not quite off, the mode grows by itself, or samples are missing there: look after the switch, the stability of the rig, and \
-         for lost blocks in the acquisition"
-    )]
+    #[error("{}", second_excitation(*at, *factor))]
     SecondExcitation {
         /// When it begins, s.
         at: f64,
@@ -338,11 +334,7 @@ pub enum Fault {
         frequency_hz: f64,
     },
     /// Where the decay is taken to begin decides what comes out.
-    #[error(
-        "the decay is not free: its growth rate is {:.2} 1/s from {:.4} s on and {:.2} 1/s from {:.4} s on, {distance:.1} standard \
-         deviations apart. The loudspeaker goes on, or the decay is no exponential: switch the loudspeaker off suddenly, and record for longer",
-        growth_rates[0], from[0], growth_rates[1], from[1]
-    )]
+    #[error("{}", not_free(*from, *growth_rates, *distance))]
     NotFree {
         /// Begin of two fits, s.
         from: [f64; 2],
@@ -394,6 +386,12 @@ pub enum Fault {
     /// standard deviations, or of its own stated one if that is larger.
     #[error("{0} lies {1:.1} standard deviations from the other repeats")]
     Outlier(String, f64),
+    /// A steady tone beside the mode.
+    #[error(transparent)]
+    SteadyTone(#[from] crate::SteadyTone),
+    /// Sound does not reach the channels as a gas carries it.
+    #[error(transparent)]
+    OutOfOrder(#[from] crate::OutOfOrder),
     /// The algebra failed, as it does when two modes coincide.
     #[error("the fit is singular: {0}")]
     Singular(#[from] rijke_numerics::DenseError),

@@ -7,12 +7,14 @@ mod click;
 mod delays;
 mod dsp;
 mod error;
+mod order;
 mod padding;
 mod ping;
 mod random;
 mod readings;
 mod repeats;
 mod ringdown;
+mod steady;
 mod trace;
 mod unstable;
 mod words;
@@ -26,6 +28,7 @@ pub use channel::Channel;
 pub use click::{ClickFit, ClickOptions, ClickPicture, Extent, Reflection, fit_click, picture_click};
 pub use delays::{CalibrationError, ChannelDelays, ChannelPriors, KnownClick};
 pub use error::Fault;
+pub use order::{Exchange, OutOfOrder};
 pub use ping::{
     Drift, Excess, Excesses, MajorityFit, PingFit, PingOptions, PingPicture, fit_majority, fit_ping,
 };
@@ -36,5 +39,6 @@ pub use random::{
 };
 pub use readings::TwoReadings;
 pub use repeats::{Repeats, combine, pool};
+pub use steady::SteadyTone;
 pub use trace::Trace;
 pub use unstable::Unstable;

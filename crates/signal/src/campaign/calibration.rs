@@ -1,11 +1,12 @@
 //! What the calibration clicks of a record set say of its channels, and what is done without them.
 
+use super::copies::leave_out_copied_clicks;
 use super::fitted::rejection;
 use super::live::of_rig;
 use super::options::{ProcessError, ProcessOptions};
 use super::path::click_options;
 use crate::click::{ClickFit, ClickOptions, Extent, fit_click};
-use crate::delays::{CalibrationError, ChannelDelays, KnownClick};
+use crate::delays::{CalibrationError, ChannelDelays, KnownClick, exchanged};
 use crate::{Fault, Trace};
 use rayon::prelude::*;
 use rijke_rig::{Calibration, RecordSet, RecordSource, Rejection, RigError};
@@ -46,24 +47,30 @@ pub(super) fn calibrate(
             return Ok((None, None));
         }
         let before = rejections.len();
-        let cause = match at_rate(source, options, rate_hz, advance, &mut rejections, &mut records)? {
-            Ok(found) => return Ok((Some(found), None)),
-            Err(CalibrationError::TooFew { have: 0 }) if rejections.len() == before => {
-                format!("there are no calibration clicks at {rate_hz} Hz")
-            }
-            Err(CalibrationError::TooFew { have }) => {
-                let first = rejections
-                    .get(before)
-                    .map_or(String::new(), |r| format!("; the first rejected, {}: {}", r.record, r.reason));
-                format!("of the calibration clicks at {rate_hz} Hz {have} can be used{first}")
-            }
-            Err(cause) => {
-                let first = rejections.get(before).map(|r| format!("{}: {}", r.record, r.reason));
-                let cause = Box::new(cause.called(&of_rig(&set.acquisition, &set.rig.microphones)));
-                let records = files(set, rate_hz);
-                return Err(ProcessError::Calibration { rate_hz, records, cause, first_rejection: first });
-            }
-        };
+        let cause =
+            match at_rate(source, options, rate_hz, advance, (&mut rejections, &mut notes), &mut records)? {
+                Ok(found) => return Ok((Some(found), None)),
+                Err(CalibrationError::TooFew { have: 0 }) if rejections.len() == before => {
+                    format!("there are no calibration clicks at {rate_hz} Hz")
+                }
+                Err(CalibrationError::TooFew { have }) => {
+                    let first = rejections.get(before).map_or(String::new(), |r| {
+                        format!("; the first rejected, {}: {}", r.record, r.reason)
+                    });
+                    format!("of the calibration clicks at {rate_hz} Hz {have} can be used{first}")
+                }
+                Err(cause) => {
+                    let first = rejections.get(before).map(|r| format!("{}: {}", r.record, r.reason));
+                    let cause = Box::new(cause.called(&of_rig(&set.acquisition, &set.rig.microphones)));
+                    let records = files(set, rate_hz);
+                    return Err(ProcessError::Calibration {
+                        rate_hz,
+                        records,
+                        cause,
+                        first_rejection: first,
+                    });
+                }
+            };
         Ok((None, Some(cause)))
     };
     let (pings, no_pings) = learn(has_pings, set.ping.rate_hz)?;
@@ -153,7 +160,7 @@ fn at_rate(
     options: &ProcessOptions,
     rate_hz: f64,
     advance: &(dyn Fn() + Sync),
-    rejections: &mut Vec<Rejection>,
+    (rejections, notes): (&mut Vec<Rejection>, &mut Vec<String>),
     records: &mut usize,
 ) -> Result<Result<Found, CalibrationError>, ProcessError> {
     let set = source.set();
@@ -181,13 +188,14 @@ fn at_rate(
             Ok(fit)
         })
         .collect::<Result<_, _>>()?;
-    let mut clicks = Vec::new();
+    let (mut clicks, mut names) = (Vec::new(), Vec::new());
     for (&(which, repeat), fit) in jobs.iter().zip(fits) {
         let calibration = &set.calibrations[which];
         let day = &set.days[calibration.day];
         match fit {
             Ok(fit) => {
                 let speed = set.rig.gas.at(day.ambient_temperature, set.rig.pressure).sound_speed;
+                names.push(calibration.clicks[repeat].as_str());
                 clicks.push(KnownClick {
                     fit,
                     expected: set.rig.microphones.positions.iter().map(|x| x / speed).collect(),
@@ -199,7 +207,36 @@ fn at_rate(
             Err(fault) => rejections.push(rejection(&calibration.clicks[repeat], &fault.called(&called))),
         }
     }
+    let copies = leave_out_copied_clicks(&mut names, &mut clicks, rejections);
+    notes.extend(copies.filter(|said| !notes.contains(said)));
+    if clicks.len() < 2 {
+        // An impulse of another channel does not fit the place at which it is sought: that is no fault of it.
+        let mut heard = Vec::new();
+        for &(which, repeat) in &jobs {
+            heard.push(onsets(&Trace::from(&source.calibration(which, repeat)?)));
+        }
+        let day = jobs.first().map(|(which, _)| &set.days[set.calibrations[*which].day]);
+        let speed = day.map(|day| set.rig.gas.at(day.ambient_temperature, set.rig.pressure).sound_speed);
+        let expected = speed.map(|c| set.rig.microphones.positions.iter().map(|x| x / c).collect());
+        let files: Vec<&str> = jobs.iter().map(|(k, n)| set.calibrations[*k].clicks[*n].as_str()).collect();
+        if let Err(cause) =
+            expected.map_or(Ok(()), |expected: Vec<f64>| exchanged(&heard, &expected, rate_hz))
+        {
+            return Ok(Err(cause.with_names(&files)));
+        }
+    }
     let spread = options.gain_spread.unwrap_or(crate::delays::GAIN_SPREAD);
     let delays = ChannelDelays::calibrate_within(&clicks, rate_hz, spread);
+    let delays = delays.map_err(|cause| cause.with_names(&names));
     Ok(delays.map(|delays| Found { delays, options: click }))
+}
+
+/// When each channel first hears half of its largest sound after the trigger, s.
+fn onsets(trace: &Trace<'_>) -> Vec<f64> {
+    let of = |y: &Vec<f64>| {
+        let after = &y[trace.quiet.min(y.len())..];
+        let largest = after.iter().fold(0.0_f64, |a, v| a.max(v.abs()));
+        after.iter().position(|v| v.abs() >= 0.5 * largest).unwrap_or(0) as f64 / trace.rate_hz
+    };
+    trace.channels.iter().map(of).collect()
 }

@@ -7,6 +7,8 @@
 //! The mean over a record and its copies is no better than the record.
 
 use super::fitted::{Fitted, PingOfRecord};
+use crate::click::ClickFit;
+use crate::delays::KnownClick;
 use rijke_numerics::words::counted;
 use rijke_rig::{RecordItem, RecordSet, Rejection};
 
@@ -54,6 +56,47 @@ pub(super) fn leave_out_copies(
         fitted[k] = Fitted::Copy(Rejection { record: jobs[k].name(set).to_owned(), reason });
     }
     Some(said)
+}
+
+/// Moves calibration clicks, by their names, that are copies of an earlier one to the rejections, and says how
+/// many there are.
+pub(super) fn leave_out_copied_clicks(
+    names: &mut Vec<&str>,
+    clicks: &mut Vec<KnownClick>,
+    rejections: &mut Vec<Rejection>,
+) -> Option<String> {
+    let (all, before) = (clicks.len(), rejections.len());
+    let mut originals: Vec<(&str, KnownClick)> = Vec::new();
+    for (name, click) in names.drain(..).zip(clicks.drain(..)) {
+        match originals.iter().find(|(_, original)| is_same_click(&original.fit, &click.fit)) {
+            Some((of, _)) => rejections.push(Rejection {
+                record: name.to_owned(),
+                reason: format!("a copy of {of}: all arrivals are the same, and so is their noise"),
+            }),
+            None => originals.push((name, click)),
+        }
+    }
+    (*names, *clicks) = originals.into_iter().unzip();
+    let copies = rejections.len() - before;
+    (copies > 0).then(|| {
+        let are = if copies == 1 { "is a copy of another one, and is" } else { "are copies of others, and are" };
+        format!(
+            "{copies} of {} {are} left out (rejections.csv): the mean over copies is no better than one of them. Give the records that were meant, or delete \
+             the copies",
+            counted(all, "calibration click")
+        )
+    })
+}
+
+/// Whether two clicks reach all channels one after the other at the same times: the noise of each is in them.
+fn is_same_click(a: &ClickFit, b: &ClickFit) -> bool {
+    let after = |fit: &ClickFit, m: usize| fit.times[m] - fit.times[fit.pivot];
+    let others = || (0..a.times.len()).filter(|m| *m != a.pivot);
+    let far = |m: usize| EQUAL * a.covariance[(m, m)].sqrt();
+    a.pivot == b.pivot
+        && a.times.len() == b.times.len()
+        && others().count() > 0
+        && others().all(|m| (after(a, m) - after(b, m)).abs() <= far(m))
 }
 
 /// Why one of two records is a copy of the other, if it is.

@@ -65,6 +65,9 @@ impl Fault {
             first.call(others);
             second.call(others);
         }
+        if let Self::OutOfOrder(found) = &mut self {
+            found.call(others);
+        }
         self
     }
 }

@@ -6,6 +6,7 @@ mod copies;
 mod disagreeing;
 mod drifts;
 mod excesses;
+mod extrapolated;
 mod fitted;
 mod gains;
 mod gathered;
@@ -20,6 +21,7 @@ mod polarity;
 mod process;
 mod rates;
 mod repeated;
+mod travel;
 
 pub use kept::Kept;
 pub use live::LiveRecord;

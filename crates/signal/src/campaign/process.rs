@@ -7,6 +7,7 @@ use super::copies::leave_out_copies;
 use super::disagreeing::apart;
 use super::drifts::drifts_of;
 use super::excesses::excesses_of;
+use super::extrapolated::extrapolated;
 use super::fitted::{Fitted, PingOfRecord, by_point, padded_in_words, skipped_in_words};
 use super::gains::OfPoint;
 use super::gathered::{Channels, Gathered, Said};
@@ -20,6 +21,7 @@ use super::path::click_options;
 use super::polarity::ties_in_words;
 use super::rates::{of_other_rates, without_shapes};
 use super::repeated::{combine_pings, unrepeated};
+use super::travel;
 use crate::click::{ClickOptions, fit_click};
 use crate::delays::ChannelDelays;
 use crate::dsp::noise::other_mains;
@@ -120,6 +122,8 @@ pub fn process_again(
     said.notes.extend(hum.clone());
     reconsider(set, &mut gathered, &mut said);
 
+    let modes: Vec<f64> = gathered.iter().filter_map(|g| Some(g.ping_repeats.as_ref()?.mean[1])).collect();
+    said.notes.extend(extrapolated(set.kind, &modes, ping_delays.as_ref()));
     let shapes = ping_delays.is_some();
     let others = if at_any_rate || !shapes { Vec::new() } else { of_other_rates(set) };
     said.notes.extend(others.first().map(|_| without_shapes(set, &others)));
@@ -203,8 +207,11 @@ fn fit_all(
                 let peak = loudness(&record);
                 let records = &set.points[point];
                 let own = click_options(set, records.day, Some(records), click);
-                let arrival = fit_click(&Trace::from(&record), &own)
-                    .and_then(|fit| Ok(Some((delays.arrival(&fit, true)?, delays.inverted(&fit)?))));
+                let arrival = fit_click(&Trace::from(&record), &own).and_then(|fit| {
+                    let arrival = delays.arrival(&fit, true)?;
+                    travel::check(set, &arrival, &delays.covariance)?;
+                    Ok(Some((arrival, delays.inverted(&fit)?)))
+                });
                 Ok((Fitted::Click(arrival), peak))
             }
         }

@@ -239,6 +239,6 @@ impl Fitting {
         let energy: f64 = signal_to_noise.iter().map(|v| v * v).sum();
         let misfit = if self.segment.noise_known { (self.squares - self.freedom) / energy } else { 0.0 };
         let fit = self.model.report(&inverse, excess, chi_squared, signal_to_noise, frequencies);
-        Ok(ClickFit { leaning, misfit, ..fit })
+        Ok(ClickFit { leaning, misfit, band_hz, ..fit })
     }
 }

@@ -288,6 +288,7 @@ impl Model {
         let joint = Matrix::from_fn(joint.rows(), joint.rows(), |i, j| excess * joint[(i, j)]);
         let values = spectrum.times(&self.waveform.coefficients);
         ClickFit {
+            band_hz: self.options.band_hz,
             leaning: Vec::new(),
             overlapped: (0..channels).map(|m| self.options.overlaps(m)).collect(),
             misfit: 0.0,

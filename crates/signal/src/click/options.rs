@@ -153,6 +153,8 @@ pub struct ClickFit {
     /// Spectrum of the waveform at these, in the gain of the pivot channel and an arbitrary unit per
     /// frequency.
     pub waveform: Vec<C64>,
+    /// Frequencies between which it was fitted, Hz.
+    pub band_hz: (f64, f64),
     /// Taps of the reflection; empty if none was fitted.
     pub reflection: Vec<f64>,
     /// Error of the time (s) and relative error of the gain of each channel, if the far end is another one

@@ -3,6 +3,7 @@
 use super::error::CalibrationError;
 use super::error::plausible;
 use super::left::{misfit, relative, systematic};
+use super::order::{alike, in_order};
 use super::place::{Placed, absolute, place};
 use super::stated::ChannelPriors;
 use crate::Fault;
@@ -33,6 +34,8 @@ pub struct ChannelDelays {
     /// Sum of squared deviations of the clicks from their mean over the noise stated for them, per degree of
     /// freedom.
     pub scatter: f64,
+    /// Frequencies between which the clicks tell of gains and delays, Hz; none if no click does.
+    pub(crate) band_hz: Option<(f64, f64)>,
     template: Vec<C64>,
     frequencies: Vec<f64>,
 }
@@ -61,7 +64,9 @@ impl ChannelDelays {
     /// # Errors
     /// Fewer than two clicks, clicks that do not belong together, or delays and gains that cannot be those of
     /// channels: a negative gain, one that lies more than 30 % from the median of all, a delay (less the
-    /// median) longer than sound takes between neighbouring microphones.
+    /// median) longer than sound takes between neighbouring microphones, two delays that differ by more than
+    /// half of what sound takes from the one to the other (a sample, if that is more), channels that are
+    /// exchanged.
     pub fn calibrate(clicks: &[KnownClick], rate_hz: f64) -> Result<Self, CalibrationError> {
         Self::calibrate_within(clicks, rate_hz, GAIN_SPREAD)
     }
@@ -151,7 +156,11 @@ impl ChannelDelays {
                 &Matrix::from_fn(channels, channels, |i, j| expected[i] * expected[j]),
             );
         }
+        let of_clicks = (0..count).map(|n| (0..channels).map(|m| delay(n, m)).collect());
+        let of_clicks: Vec<Vec<f64>> = of_clicks.collect();
+        in_order(&of_clicks, &first.expected, rate_hz.recip())?;
         plausible(&delays, &gains, &first.expected, spread, &first.fit.overlapped)?;
+        alike(&delays, &first.expected, rate_hz.recip())?;
         let left = misfit(&clicks.iter().map(|c| c.fit.misfit).collect::<Vec<f64>>())?;
         let [gain_variance, time_variance] = systematic(left, &template, &first.fit.frequencies);
         covariance = covariance.plus(time_variance, &Matrix::diagonal(&vec![1.0; channels]));
@@ -191,6 +200,7 @@ impl ChannelDelays {
             covariance,
             clicks: count,
             scatter,
+            band_hz: Some(first.fit.band_hz),
             template,
             frequencies,
         })
@@ -207,6 +217,7 @@ impl ChannelDelays {
             gain_covariance: diagonal(stated.gain_sd),
             clicks: 0,
             scatter: 0.0,
+            band_hz: None,
             template: Vec::new(),
             frequencies: Vec::new(),
         }
@@ -245,7 +256,8 @@ impl ChannelDelays {
     pub(crate) fn at_another_rate(&self, rate_hz: f64, delay_sd: f64) -> Self {
         let channels = self.gains.len();
         let stated = Self::stated(channels, rate_hz, ChannelPriors { gain_sd: 0.0, delay_sd });
-        Self { gains: self.gains.clone(), gain_covariance: self.gain_covariance.clone(), ..stated }
+        let (gains, gain_covariance) = (self.gains.clone(), self.gain_covariance.clone());
+        Self { gains, gain_covariance, band_hz: self.band_hz, ..stated }
     }
 
     /// By how much a small dispersion kappa of the path ([`crate::ClickOptions::dispersion`]) delays the

@@ -1,6 +1,6 @@
 //! Why a calibration cannot be used.
 
-use crate::{Channel, Fault};
+use crate::{Channel, Exchange, Fault};
 
 /// Why a calibration cannot be made.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -50,6 +50,43 @@ pub enum CalibrationError {
         /// Whether the reflection of the end overlaps the impulse at this channel.
         overlapped: bool,
     },
+    /// Channels that hold the records of each other.
+    #[error(
+        "{exchange} in {clicks} of {of} calibration clicks{}. Their delays differ by {:.0} us, and by {:.0} us if they are exchanged back; sound \
+         takes {:.0} us from the one to the other. Look how they were wired, and give the right `channels` in the manifest, of single files in an [[exception]]",
+        first.as_ref().map_or(String::new(), |record| format!(", the first of them {record}")),
+        1e6 * delays[0], 1e6 * delays[1], 1e6 * travel
+    )]
+    Exchanged {
+        /// Which.
+        exchange: Exchange,
+        /// How many clicks say so, and of how many.
+        clicks: usize,
+        /// All clicks.
+        of: usize,
+        /// The number of the first of them among all clicks.
+        click: usize,
+        /// Its name, where it is known and others do not say so.
+        first: Option<String>,
+        /// How far the delays of two channels are apart as they are, and exchanged back, s.
+        delays: [f64; 2],
+        /// Travel time between the two, s.
+        travel: f64,
+    },
+    /// Two delays that differ by more than those of channels do.
+    #[error(
+        "{} hears the clicks {:.0} us later, compared with {}, than its place says, and sound takes {:.0} us from the one to the other: channels of one \
+         converter differ by less. Are the microphones at the `positions`, and the channels in the order, that rig and manifest say?",
+        channels[1], 1e6 * difference, channels[0], 1e6 * travel
+    )]
+    UnequalDelays {
+        /// The two; the second has the larger delay.
+        channels: [Channel; 2],
+        /// Difference of their delays, s.
+        difference: f64,
+        /// Travel time between them, s.
+        travel: f64,
+    },
     /// A delay that belongs to another place.
     #[error(
         "{channel} hears the clicks {:.0} us after the time at which it should, compared with the median of the channels; sound takes {:.0} us from one microphone to the next: are the channels in the order that the manifest says?",
@@ -85,6 +122,23 @@ impl CalibrationError {
     pub(crate) fn called(mut self, microphones: &[Channel]) -> Self {
         if let Self::ImplausibleGain { channel, .. } | Self::ImplausibleDelay { channel, .. } = &mut self {
             channel.call(microphones);
+        }
+        if let Self::UnequalDelays { channels, .. } = &mut self {
+            channels.iter_mut().for_each(|channel| channel.call(microphones));
+        }
+        if let Self::Exchanged { exchange, .. } = &mut self {
+            exchange.call(microphones);
+        }
+        self
+    }
+
+    /// The same with the name of the first click that is exchanged, if `names` (of all clicks) has it and not
+    /// all clicks are.
+    pub(crate) fn with_names(mut self, names: &[&str]) -> Self {
+        if let Self::Exchanged { clicks, of, click, first, .. } = &mut self
+            && clicks < of
+        {
+            *first = names.get(*click).map(|name| (*name).to_owned());
         }
         self
     }

@@ -2,6 +2,7 @@
 //! clicks.
 
 pub(crate) mod kernels;
+mod mains;
 pub(crate) mod noise;
 pub(crate) mod parabola;
 pub(crate) mod scaled;

@@ -4,6 +4,7 @@
 //! a record can be whitened before the fit and the amplitudes corrected after it, both exactly.
 
 use super::kernels::{Powers, add_scaled, add_scaled_inline, dot, run};
+use super::mains::mains_of;
 use crate::Fault;
 use pulp::NullaryFnOnce;
 use rijke_numerics::{C64, Cholesky, Matrix};
@@ -226,8 +227,8 @@ pub(crate) fn invert_lower(lower: &Matrix) -> Matrix {
 /// Harmonics of the mains that stand out of a stretch of noise, found and subtracted in place, but for those
 /// that are `left` there.
 ///
-/// `mains_hz` is the nominal frequency: over the half second used, its drift by 0.1 Hz costs 1 % of the
-/// subtraction. Returns the numbers of the harmonics.
+/// `mains_hz` is the nominal frequency: over half a second its drift by 0.1 Hz costs 1 % of the subtraction.
+/// From a longer stretch the frequency itself is learnt ([`mains_of`]). Returns the numbers of the harmonics.
 pub(crate) fn remove_hum(noise: &mut [Vec<f64>], rate_hz: f64, mains_hz: f64, left: &[u32]) -> Vec<u32> {
     let mut present = Vec::new();
     for y in noise.iter_mut() {
@@ -239,6 +240,7 @@ pub(crate) fn remove_hum(noise: &mut [Vec<f64>], rate_hz: f64, mains_hz: f64, le
         return present;
     }
     let highest = MAX_HARMONIC.min((0.4 * rate_hz / mains_hz) as u32);
+    let mains_hz = mains_of(noise, rate_hz, mains_hz, highest, left);
     let wave = |hz: f64| Powers::new(C64::from_polar(1.0, std::f64::consts::TAU * hz / rate_hz), length);
     // Lines that are there do not count as noise beside the others.
     let mut calm = noise.to_vec();
@@ -344,7 +346,7 @@ pub(crate) fn other_mains(channels: &[Vec<f64>], quiet: usize, rate_hz: f64, sta
 }
 
 /// Least-squares complex amplitude a of Re(a z^n) in each series, for the powers z^n given.
-fn tone(series: &[Vec<f64>], wave: &Powers) -> Vec<C64> {
+pub(crate) fn tone(series: &[Vec<f64>], wave: &Powers) -> Vec<C64> {
     let (cc, cs, ss) = (dot(&wave.re, &wave.re), -dot(&wave.re, &wave.im), dot(&wave.im, &wave.im));
     let determinant = cc * ss - cs * cs;
     let amplitude = |y: &Vec<f64>| {

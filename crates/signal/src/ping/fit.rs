@@ -8,6 +8,7 @@ use super::excess::Excesses;
 use super::fairest::{self, APART_HZ, has_close_neighbour};
 use super::forcing::{Change, Envelope};
 use super::found::PingFit;
+use super::heard::{Heard, beside_a_tone};
 use super::judged::Fitted;
 use super::options::PingOptions;
 use super::power;
@@ -65,40 +66,31 @@ pub fn fit_ping(trace: &Trace<'_>, options: &PingOptions) -> Result<PingFit, Fau
     let noise = if let Some(deviations) = deviations {
         Noise::of(Whitener::scaling(&deviations), Vec::new())
     } else if quiet >= MIN_QUIET {
-        let silence = || -> Vec<Vec<f64>> { trace.channels.iter().map(|y| y[..quiet].to_vec()).collect() };
-        let mut noise = silence();
-        let mut harmonics = remove_hum(&mut noise, trace.rate_hz, options.mains_hz, &[]);
-        let narrow_hz =
-            diagnosis::loudest(trace, options).filter(|hz| ringing::rings(&noise, trace.rate_hz, *hz));
+        let Heard { noise, harmonics, tones, narrow_hz } = Heard::of(trace, options, quiet);
         if let Some(hz) = narrow_hz {
-            // A short silence does not tell noise that rings the mode from hum beside it: the decay does.
-            let beside = |h: &u32| (f64::from(*h) * options.mains_hz - hz).abs() < APART_HZ;
-            let beside: Vec<u32> = harmonics.iter().copied().filter(beside).collect();
-            noise = silence();
-            harmonics = remove_hum(&mut noise, trace.rate_hz, options.mains_hz, &beside);
-            harmonics.extend(beside);
             // A filter learnt from it would take the mode for noise.
             let deviations: Vec<f64> =
                 noise.iter().map(|y| ringing::calm_deviation(y, trace.rate_hz, hz)).collect();
-            Noise { whitener: Whitener::scaling(&deviations), harmonics, silence: noise, narrow_hz }
+            Noise { whitener: Whitener::scaling(&deviations), harmonics, tones, silence: noise, narrow_hz }
         } else {
             let learnt = if quiet < SHORT_QUIET {
                 let deviations: Vec<f64> = noise.iter().map(|y| deviation(y)).collect();
                 // A fit that leaves more than noise says nothing of its colour: a filter learnt from it would
                 // take the mode for noise.
                 let scaling = Whitener::scaling(&deviations);
-                let learnt = learn_from_residuals(trace, options, scaling, &harmonics).ok();
+                let learnt = learn_from_residuals(trace, options, scaling, (&harmonics, &tones)).ok();
                 learnt.filter(|(_, left)| *left < NOISE_ALONE).map(|(whitener, _)| whitener)
             } else {
                 None
             };
             let whitener = learnt.map_or_else(|| Whitener::learn(&noise), Ok)?;
-            Noise { whitener, harmonics, silence: noise, narrow_hz }
+            Noise { whitener, harmonics, tones, silence: noise, narrow_hz }
         }
     } else {
         let (whitener, harmonics) = noise_at_the_end(trace, options);
-        Noise::of(learn_from_residuals(trace, options, whitener, &harmonics)?.0, harmonics)
+        Noise::of(learn_from_residuals(trace, options, whitener, (&harmonics, &[]))?.0, harmonics)
     };
+    let tones = noise.tones.clone();
     let fit = |noise: &Noise| judged_fit(trace, options, noise, least);
     let found = match fit(&noise) {
         // The pressure may wander slowly, by more than the quiet part shows.
@@ -112,7 +104,8 @@ pub fn fit_ping(trace: &Trace<'_>, options: &PingOptions) -> Result<PingFit, Fau
     found.map_err(|fault| {
         let outside = driven::outside(trace, options.band_hz, options.mains_hz, &fault);
         let fault = outside.unwrap_or_else(|| diagnosis::reason(trace, options, fault));
-        driven::or_all_the_time(trace, fault)
+        let fault = driven::or_all_the_time(trace, fault);
+        beside_a_tone(fault, &tones, diagnosis::loudest(trace, options))
     })
 }
 
@@ -158,6 +151,8 @@ struct Noise {
     whitener: Whitener,
     /// Harmonics of the mains that the record holds.
     harmonics: Vec<u32>,
+    /// Steady tones beside the mode that it holds, Hz.
+    tones: Vec<f64>,
     /// The quiet part without them; nothing if it is too short.
     silence: Vec<Vec<f64>>,
     /// The frequency at which it rings, Hz.
@@ -166,7 +161,7 @@ struct Noise {
 
 impl Noise {
     fn of(whitener: Whitener, harmonics: Vec<u32>) -> Self {
-        Self { whitener, harmonics, silence: Vec::new(), narrow_hz: None }
+        Self { whitener, harmonics, tones: Vec::new(), silence: Vec::new(), narrow_hz: None }
     }
 }
 
@@ -185,9 +180,9 @@ fn learn_from_residuals(
     trace: &Trace<'_>,
     options: &PingOptions,
     whitener: Whitener,
-    harmonics: &[u32],
+    (harmonics, tones): (&[u32], &[f64]),
 ) -> Result<(Whitener, f64), Fault> {
-    let noise = Noise::of(whitener, harmonics.to_vec());
+    let noise = Noise { tones: tones.to_vec(), ..Noise::of(whitener, harmonics.to_vec()) };
     let fit = |start| fit_whitened(trace, options, &noise, 0.0, start);
     let sound = |fit: &Fitted| fit.solution.variance() < NOISE_ALONE;
     let found = match fit(Start::Plateau) {
@@ -237,7 +232,7 @@ fn fit_whitened(
     least_amplitude: f64,
     start: Start,
 ) -> Result<Fitted, Fault> {
-    let Noise { whitener, harmonics, silence, narrow_hz } = noise;
+    let Noise { whitener, harmonics, tones, silence, narrow_hz } = noise;
     let (channels, step) = (trace.channels.len(), 1.0 / trace.rate_hz);
     let quiet = trace.quiet.min(trace.len());
     let samples = whitener.apply(trace.channels, quiet, trace.len());
@@ -247,7 +242,7 @@ fn fit_whitened(
     let quietness = White { samples: &silence, channels, step };
     let power = narrow_hz.map_or(0.0, |hz| ringing::power_at(quietness, hz));
     let ringing = if power > 0.0 { envelope.ringing(power, step) } else { Ringing::default() };
-    let mut search = Search { options, harmonics, ringing };
+    let mut search = Search { options, harmonics, tones, ringing };
     let need = 10 * envelope.block;
     let early = |from: usize| white.slice(from, from + (EARLY / step) as usize);
     let too_short = |first: usize| Fault::ShortDecay {

@@ -232,6 +232,8 @@ const LOUD: f64 = 100.0;
 pub(crate) fn forced(stretch: White<'_>, omega: f64, kind: Kind, free: &Solution) -> Option<Solution> {
     let mut tones = vec![Component::new(C64::new(0.0, omega), kind)];
     tones.extend(free.components.iter().filter(|c| matches!(c.kind, Kind::Mains(_))));
+    let lasting = free.components.iter().filter(|c| c.kind == Kind::Tone);
+    tones.extend(lasting.map(|c| Component::new(c.s, Kind::Known)));
     let steady = solve(stretch, &tones, SETTLING);
     let known: Vec<Component> = free.components.iter().filter(|c| c.kind == Kind::Mode).copied().collect();
     // Amplitudes of modes that do not sound take up half of this, on average.

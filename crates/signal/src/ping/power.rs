@@ -119,7 +119,7 @@ fn taken_out(found: &Solution, count: usize, span: usize, step: f64) -> Vec<Vec<
     if mode.excess.is_some() {
         columns.push(column(own * f64::from(1 + mode.law.power()), 0));
     }
-    for other in found.components.iter().skip(1).filter(|c| c.kind == Kind::Mode) {
+    for other in found.components.iter().skip(1).filter(|c| matches!(c.kind, Kind::Mode | Kind::Tone)) {
         let beside = C64::new(other.s.re, other.s.im - mode.s.im);
         if beside.im.abs() < BESIDE * mode.s.re.abs().max(other.s.re.abs()) {
             columns.extend([column(beside, 0), column(beside, 1)]);

@@ -19,6 +19,8 @@ pub(crate) struct Search<'a> {
     pub(crate) options: &'a PingOptions,
     /// Harmonics of the mains that the record holds.
     pub(crate) harmonics: &'a [u32],
+    /// Steady tones beside the mode, Hz.
+    pub(crate) tones: &'a [f64],
     /// Noise that rings the mode.
     pub(crate) ringing: Ringing,
 }
@@ -36,10 +38,12 @@ impl Search<'_> {
         let mains = TAU * self.options.mains_hz;
         let mode = |s: C64| Component::new(C64::new(s.re.min(-0.1), s.im), Kind::Mode);
         let tone = |&h: &u32| Component::new(C64::new(0.0, mains * f64::from(h)), Kind::Mains(h));
+        let steady = |hz: &f64| Component::new(C64::new(0.0, TAU * hz), Kind::Tone);
         let poles = pencil::poles(&decimated)?;
         let guess_of = |is_mode: &dyn Fn(&C64) -> bool| {
             let modes = poles.iter().copied().filter(is_mode).map(mode);
-            let mut components: Vec<Component> = modes.chain(self.harmonics.iter().map(tone)).collect();
+            let lasting = self.harmonics.iter().map(tone).chain(self.tones.iter().map(steady));
+            let mut components: Vec<Component> = modes.chain(lasting).collect();
             let strength = energies(decimated.white(), &components)?;
             self.drop_weak(&decimated, &mut components, strength).map(|()| components)
         };
@@ -154,9 +158,11 @@ impl Search<'_> {
 
     fn may_be_mode(&self, s: C64) -> bool {
         let mains = TAU * self.options.mains_hz;
-        let hum = |&h: &u32| (s.im - mains * f64::from(h)).abs() < 8.0 && s.re.abs() < 8.0;
+        let lasts = |omega: f64| (s.im - omega).abs() < 8.0 && s.re.abs() < 8.0;
+        let hum = |&h: &u32| lasts(mains * f64::from(h));
         let high = s.im > TAU * self.options.highest_hz;
-        !self.harmonics.iter().any(hum) && !high && s.re < 2.0 && s.re > -0.5 * s.im
+        let steady = self.harmonics.iter().any(hum) || self.tones.iter().any(|hz| lasts(TAU * hz));
+        !steady && !high && s.re < 2.0 && s.re > -0.5 * s.im
     }
 
     /// The maximum of the likelihood without what turns out to be no mode, or to be no more than noise could
