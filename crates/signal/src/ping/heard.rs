@@ -2,7 +2,7 @@
 
 use super::diagnosis;
 use super::fairest::APART_HZ;
-use super::lines::{Lines, lines};
+use super::lines::lines;
 use super::options::PingOptions;
 use super::ringing;
 use crate::dsp::noise::remove_hum;
@@ -36,24 +36,27 @@ impl Heard {
             (noise, harmonics)
         };
         let (noise, harmonics) = without(&[]);
-        let Some(hz) = diagnosis::loudest(trace, options) else {
-            return Self { noise, harmonics, tones: Vec::new(), narrow_hz: None };
-        };
+        let plain = |noise, harmonics| Self { noise, harmonics, tones: Vec::new(), narrow_hz: None };
+        let Some(hz) = diagnosis::loudest(trace, options) else { return plain(noise, harmonics) };
+        let rings = ringing::rings(&noise, trace.rate_hz, hz);
         let apart_hz = APART_HZ.max(BINS * trace.rate_hz / quiet as f64);
-        let Lines { hertz, rest } = lines(&noise, trace.rate_hz, hz, apart_hz);
-        // Hum that is fitted takes what was left of it along.
-        let is_hum =
-            |hz: f64| harmonics.iter().any(|h| (f64::from(*h) * options.mains_hz - hz).abs() < HUM_HZ);
-        let tones = hertz.into_iter().filter(|hz| !is_hum(*hz)).collect();
-        if !ringing::rings(&rest, trace.rate_hz, hz) {
-            return Self { noise: rest, harmonics, tones, narrow_hz: None };
+        let found = lines(&noise, trace.rate_hz, hz, apart_hz);
+        if !found.hertz.is_empty() && found.steady {
+            // Hum that is fitted takes what was left of it along.
+            let is_hum =
+                |hz: f64| harmonics.iter().any(|h| (f64::from(*h) * options.mains_hz - hz).abs() < HUM_HZ);
+            let tones = found.hertz.into_iter().filter(|hz| !is_hum(*hz)).collect();
+            return Self { tones, ..plain(found.rest, harmonics) };
+        }
+        if !rings {
+            return plain(noise, harmonics);
         }
         // A short silence does not tell noise that rings the mode from hum beside it: the decay does.
         let beside = |h: &u32| (f64::from(*h) * options.mains_hz - hz).abs() < APART_HZ;
         let beside: Vec<u32> = harmonics.iter().copied().filter(beside).collect();
-        let (noise, mut harmonics) = if beside.is_empty() { (rest, harmonics) } else { without(&beside) };
+        let (noise, mut harmonics) = without(&beside);
         harmonics.extend(beside);
-        Self { noise, harmonics, tones, narrow_hz: Some(hz) }
+        Self { narrow_hz: Some(hz), ..plain(noise, harmonics) }
     }
 }
 

@@ -4,6 +4,7 @@
 //! least squares at the frequency of most power takes a steady tone away, and of the other a part: noise of a
 //! mode with the decay rate a, over a time T, keeps about aT/6 of its power.
 
+use super::search::floor;
 use crate::dsp::kernels::{Powers, add_scaled, dot};
 use crate::dsp::noise::tone;
 use rijke_numerics::C64;
@@ -11,8 +12,9 @@ use std::f64::consts::TAU;
 
 /// Most tones that are looked for: with more of them beside a mode no decay can be fitted.
 const MOST: usize = 3;
-/// Mean power, over that of the noise beside it, from which a tone is no noise that rings a mode of aT > 0.1
-/// if nothing is left of it.
+/// Mean power, over that of the noise beside it, from which a tone stands out, and from which it is no noise
+/// that rings a mode of aT > 0.1 if nothing is left of it.
+const STANDS_OUT: f64 = 8.0;
 const STRONG: f64 = 100.0;
 /// Frequencies, in resolutions of the silence, beside a tone: what is left there, and the noise.
 const LEFT: [f64; 3] = [-1.0, 0.0, 1.0];
@@ -22,19 +24,20 @@ const CALM: f64 = 6.0;
 /// Samples that tell.
 const FEWEST: usize = 64;
 
-/// Steady tones that were found.
+/// Tones that were found.
 pub(super) struct Lines {
     /// Their frequencies, Hz.
     pub(super) hertz: Vec<f64>,
     /// The silence without them.
     pub(super) rest: Vec<Vec<f64>>,
+    /// Whether they are steady: strong, and nothing is left of them.
+    pub(super) steady: bool,
 }
 
-/// The tones of a silence within `apart_hz` of a frequency that are steady: strong, and nothing is left of
-/// them.
+/// The tones of a silence within `apart_hz` of a frequency.
 pub(super) fn lines(silence: &[Vec<f64>], rate_hz: f64, about_hz: f64, apart_hz: f64) -> Lines {
     let rows = silence.first().map_or(0, Vec::len);
-    let mut found = Lines { hertz: Vec::new(), rest: silence.to_vec() };
+    let mut found = Lines { hertz: Vec::new(), rest: silence.to_vec(), steady: true };
     let bin = rate_hz / rows.max(1) as f64;
     // A tone of less than ten periods is not told from what wanders.
     let (low, high) = ((about_hz - apart_hz).max(10.0 * bin), (about_hz + apart_hz).min(0.45 * rate_hz));
@@ -60,18 +63,16 @@ pub(super) fn lines(silence: &[Vec<f64>], rate_hz: f64, about_hz: f64, apart_hz:
             sums
         };
         let level: Vec<f64> = near(&BESIDE).into_iter().map(|p| p.max(f64::MIN_POSITIVE)).collect();
-        // Of noise alone this is chi-squared with two degrees of freedom per channel, over that number.
-        let power = amplitudes
-            .iter()
-            .zip(&level)
-            .map(|(a, level)| 0.25 * a.norm_sqr() * rows as f64 / level)
-            .sum::<f64>()
-            / count;
-        let left = near(&LEFT).iter().zip(&level).map(|(p, level)| p / level).sum::<f64>() / count;
-        let chance = CALM * (LEFT.len() as f64 * count).sqrt().recip();
-        if power < STRONG || left > 1.0 + chance {
+        // Of noise alone the energy is chi-squared with two degrees of freedom per channel.
+        let energy: f64 =
+            amplitudes.iter().zip(&level).map(|(a, level)| 0.5 * a.norm_sqr() * rows as f64 / level).sum();
+        let power = 0.5 * energy / count;
+        if energy < floor(silence.len()) || power < STANDS_OUT {
             break;
         }
+        let left = near(&LEFT).iter().zip(&level).map(|(p, level)| p / level).sum::<f64>() / count;
+        let chance = CALM * (LEFT.len() as f64 * count).sqrt().recip();
+        found.steady &= power > STRONG && left < 1.0 + chance;
         found.hertz.push(hz);
         found.rest = rest;
     }
@@ -142,12 +143,12 @@ mod tests {
         for seconds in [0.2, 1.0, 2.0] {
             for seed in 0..8 {
                 let found = lines(&silence(seconds, 1.0, None, seed), 1e4, 170.0, 12.0);
-                assert!(found.hertz.len() == 1, "{seconds}: {:?}", found.hertz);
+                assert!(found.steady && found.hertz.len() == 1, "{seconds}: {:?}", found.hertz);
                 assert!((found.hertz[0] - 172.0).abs() < 0.3 / seconds, "{:?}", found.hertz);
                 assert!(lines(&silence(seconds, 0.0, None, seed), 1e4, 170.0, 12.0).hertz.is_empty());
                 for a in [4.0, 12.0, 40.0] {
                     let rung = lines(&silence(seconds, 0.0, Some((1.0, a)), seed), 1e4, 170.0, 12.0);
-                    assert!(rung.hertz.is_empty(), "{seconds} s, {a} 1/s: {:?}", rung.hertz);
+                    assert!(!rung.steady || rung.hertz.is_empty(), "{seconds} s, {a} 1/s: {:?}", rung.hertz);
                 }
             }
         }
