@@ -28,9 +28,11 @@ pub(crate) struct Blocks<'a> {
 /// Most numbers of points that share a cause of error in one block.
 const TOGETHER: usize = 64;
 
-/// Whether all that was measured at points that share causes of error is one block of data.
-pub(crate) fn is_one_block(group: &[usize], used: &[Used]) -> bool {
-    group.iter().map(|&p| used[p].rows.len()).sum::<usize>() <= together()
+/// Whether all that was measured at points that share causes of error is one block of data: where errors of
+/// factors are among these, which may move mode shapes as much as eigenvalues, and the points are few.
+pub(crate) fn is_one_block(errors: &BaseErrors, group: &[usize], used: &[Used]) -> bool {
+    group.iter().any(|&p| errors.of_factors_at(p).next().is_some())
+        && group.iter().map(|&p| used[p].rows.len()).sum::<usize>() <= TOGETHER
 }
 
 /// For each observation whether its numbers are in one block with those of all that share its causes of
@@ -38,14 +40,10 @@ pub(crate) fn is_one_block(group: &[usize], used: &[Used]) -> bool {
 pub(crate) fn in_one_block(errors: &BaseErrors, observed: &[Observed], used: &[Used]) -> Vec<bool> {
     let mut all = vec![true; observed.len()];
     for group in errors.together(|a, b| same_installation(&observed[a], &observed[b])) {
-        let one = is_one_block(&group, used);
+        let one = is_one_block(errors, &group, used);
         group.into_iter().for_each(|p| all[p] = one);
     }
     all
-}
-
-fn together() -> usize {
-    std::env::var("RIJKE_TOGETHER").ok().and_then(|v| v.parse().ok()).unwrap_or(TOGETHER)
 }
 
 impl Blocks<'_> {
@@ -110,10 +108,10 @@ impl Blocks<'_> {
     /// With the errors of the base states as a covariance that does not float, and what points of one
     /// installation share.
     ///
-    /// All numbers of points that share a cause of error are one block, so that what moves them together is
-    /// known to. Where these are more than [`TOGETHER`], growth rates and frequencies are one block and the
-    /// pressures of each point another: what the errors do to pressures and eigenvalue together is left out,
-    /// because larger blocks would make the inference many times slower.
+    /// Growth rates and frequencies of all points that share a cause of error are one block, so that what
+    /// moves them together is known to, with all pressures of these points where [`is_one_block`]. Elsewhere
+    /// the pressures of each point are a block of their own: what the errors do to pressures and eigenvalue
+    /// together is left out, because larger blocks would make the inference many times slower.
     ///
     /// # Errors
     /// As [`Blocks::apart`].
@@ -194,7 +192,7 @@ impl Blocks<'_> {
                 let of = |&p: &usize| self.used[p].rows.iter().enumerate().map(move |(k, &row)| (p, k, row));
                 group.iter().flat_map(of).filter(|(_, _, row)| wanted(*row)).collect()
             };
-            if is_one_block(&group, self.used) {
+            if is_one_block(errors, &group, self.used) {
                 add(&numbers(&|_| true));
                 continue;
             }

@@ -84,7 +84,8 @@ const BETTER: f64 = 1.0;
 /// Finds the most probable parameters of `assembly`, their covariance and the evidence.
 ///
 /// # Errors
-/// [`EngineError::NotConverged`], [`EngineError::NoEvidence`] with the reason, and whatever the model or the inference cannot survive.
+/// [`EngineError::NotConverged`], [`EngineError::NoEvidence`] with the reason, and whatever the model or the
+/// inference cannot survive.
 pub fn train(
     assembly: &Assembly,
     observed: &[Observed],

@@ -28,7 +28,7 @@ pub use channel::Channel;
 pub use click::{ClickFit, ClickOptions, ClickPicture, Extent, Reflection, fit_click, picture_click};
 pub use delays::{CalibrationError, ChannelDelays, ChannelPriors, KnownClick};
 pub use error::Fault;
-pub use order::{Exchange, OutOfOrder};
+pub use order::{ChannelExchange, OutOfOrder};
 pub use ping::{
     Drift, Excess, Excesses, MajorityFit, PingFit, PingOptions, PingPicture, fit_majority, fit_ping,
 };

@@ -5,7 +5,7 @@ use std::fmt;
 
 /// Channels that hold the records of each other.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Exchange {
+pub struct ChannelExchange {
     /// The channels, in the order of their places.
     pub channels: Vec<Channel>,
     /// The channel that heard what each of them should have.
@@ -29,7 +29,7 @@ pub(crate) fn by_arrival(places: &[f64], times: &[f64]) -> Vec<usize> {
     found
 }
 
-impl Exchange {
+impl ChannelExchange {
     /// What `order` (of [`by_arrival`]) changes; none where it changes nothing.
     pub(crate) fn of(order: &[usize], places: &[f64]) -> Option<Self> {
         let mut moved: Vec<usize> = (0..order.len()).filter(|m| order[*m] != *m).collect();
@@ -50,7 +50,7 @@ impl Exchange {
     }
 }
 
-impl fmt::Display for Exchange {
+impl fmt::Display for ChannelExchange {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.channels.as_slice() {
             [a, b] => write!(f, "{a} and {b} are exchanged"),
@@ -82,7 +82,7 @@ pub enum OutOfOrder {
     )]
     Exchanged {
         /// Which.
-        exchange: Exchange,
+        exchange: ChannelExchange,
         /// Two of them, in the order of their places, of which sound reaches the second first.
         pair: [Channel; 2],
         /// And by how much, s.
@@ -124,16 +124,18 @@ mod tests {
     #[test]
     fn exact_the_order_of_arrival_names_what_was_exchanged() {
         let places = [0.15, 0.6, 0.27, 0.52];
-        assert_eq!(Exchange::of(&by_arrival(&places, &[1.0, 4.0, 2.0, 3.0]), &places), None);
-        let found = Exchange::of(&by_arrival(&places, &[1.0, 3.0, 2.0, 4.0]), &places).unwrap();
+        assert_eq!(ChannelExchange::of(&by_arrival(&places, &[1.0, 4.0, 2.0, 3.0]), &places), None);
+        let found = ChannelExchange::of(&by_arrival(&places, &[1.0, 3.0, 2.0, 4.0]), &places).unwrap();
         assert_eq!(found.to_string(), "channel 3 and channel 1 are exchanged");
-        let found = Exchange::of(&by_arrival(&places, &[4.0, 1.0, 3.0, 2.0]), &places).unwrap().to_string();
+        let found =
+            ChannelExchange::of(&by_arrival(&places, &[4.0, 1.0, 3.0, 2.0]), &places).unwrap().to_string();
         assert!(found.ends_with("as it does where the click is made at the other end"), "{found}");
-        let found = Exchange::of(&by_arrival(&places, &[2.0, 4.0, 3.0, 1.0]), &places).unwrap().to_string();
+        let found =
+            ChannelExchange::of(&by_arrival(&places, &[2.0, 4.0, 3.0, 1.0]), &places).unwrap().to_string();
         let said = "channel 0, channel 2, channel 3 stand along the tube, and sound comes to channel 3, channel 0, channel 2";
         assert!(found.ends_with(said), "{found}");
         // Two at one place hear it in any order.
         let places = [0.1, 0.3, 0.3, 0.5];
-        assert_eq!(Exchange::of(&by_arrival(&places, &[1.0, 3.1, 3.0, 5.0]), &places), None);
+        assert_eq!(ChannelExchange::of(&by_arrival(&places, &[1.0, 3.1, 3.0, 5.0]), &places), None);
     }
 }

@@ -1,6 +1,6 @@
-//! Errors of factors whose effect is no straight line, as that of a meter whose reading a law multiplies by an
-//! unknown: the data tell the product alone, and where the product stays the same the model must. To first
-//! order it does not, and many data take the difference for knowledge of both.
+//! Errors of factors whose effect is no straight line, as that of a meter whose reading a law multiplies by
+//! an unknown: the data tell the product alone, and where the product stays the same the model must. To
+//! first order it does not, and many data take the difference for knowledge of both.
 
 use super::carried::Bend;
 use crate::observed::{Observed, Used};
@@ -16,8 +16,10 @@ use std::sync::Arc;
 /// of the square are nats.
 const BENT: f64 = 0.3;
 
-/// What a polynomial may miss between its nodes, likewise.
+/// What a polynomial may miss between its nodes, likewise, where what a parabola misses is more than this part
+/// of the linear effect: of less, parameters that make up for the error make up for most.
 const ASTRAY: f64 = 1.0;
+const FAR: f64 = 0.5;
 
 /// Most errors that are parameters for that reason.
 const MOST: usize = 64;
@@ -212,5 +214,5 @@ fn judged(
     let [left, between] = [3, 4].map(|k| all.values().map(|sums| sums[k]).sum::<f64>().sqrt());
     let bent = missed.sqrt() > BENT;
     let bent = all.into_keys().filter(|_| bent).cloned();
-    (bent.collect(), left > BENT, between > ASTRAY)
+    (bent.collect(), left > BENT, between > ASTRAY && left > FAR * slopes.sqrt())
 }

@@ -27,7 +27,8 @@ pub(crate) struct Common {
     /// How many of them earlier stages tell of: each of these is a direction of its own.
     known: usize,
     /// For each cause its shares in the directions, orthonormal columns: those that are known, a drift and
-    /// bent ones, then the others, the most important first, and for predictions those that stayed a covariance.
+    /// bent ones, then the others, the most important first, and for predictions those that stayed a
+    /// covariance.
     shares: Matrix,
     /// The change of each number of each point, point after point, per direction.
     slopes: Matrix,
@@ -65,7 +66,7 @@ impl Common {
         let sizes: Vec<usize> = used.iter().map(Used::size).collect();
         let rows: usize = sizes.iter().sum();
         // In one block with what they move, the errors of an installation or a point are noise like others.
-        let groups = errors.together(same).into_iter().filter(|group| !is_one_block(group, used));
+        let groups = errors.together(same).into_iter().filter(|group| !is_one_block(&errors, group, used));
         let apart: BTreeSet<Cause> =
             groups.flatten().flat_map(|p| errors.of_factors_at(p)).cloned().collect();
         let goes_on = |cause: &Cause| {

@@ -214,7 +214,11 @@ fn message_of_bad_keys() {
         "channels = [2, 0, 0]",
         "exception[0].channels: microphone 0 is recorded by 2 channels",
     );
-    refused("unit = 'V'", "unit = 'Volt'", "exception[0].unit: `Volt` in `Volt` is not a unit; known: 1, %");
+    refused(
+        "unit = 'V'",
+        "unit = 'Voltage'",
+        "exception[0].unit: `Voltage` in `Voltage` is not a unit; known: 1, %",
+    );
     refused("unit = 'V'", "unit = 'mm'", "`mm` is not a unit of this quantity, which is in Pa");
     refused("unit = 'V'", "", "nothing says whether the numbers are volts or Pa");
     refused("'40 mV/Pa', ", "", "microphones.sensitivity: lists 2 values for 3 microphones");

@@ -30,8 +30,8 @@ pub(crate) struct Args {
     /// the centre of their priors.
     #[arg(long, value_name = "ID", conflicts_with = "oscilos")]
     point: Option<String>,
-    /// The stage whose model is taken [default: the last ranked one that has the point; where none has it, the
-    /// last of all].
+    /// The stage whose model is taken [default: the last ranked one that has the point; where none has it,
+    /// the last of all].
     #[arg(long, value_name = "STAGE", requires = "point")]
     stage: Option<String>,
     /// Lowest frequency, Hz [default: the file's].

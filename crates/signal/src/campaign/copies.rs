@@ -58,8 +58,8 @@ pub(super) fn leave_out_copies(
     Some(said)
 }
 
-/// Moves calibration clicks, by their names, that are copies of an earlier one to the rejections, and says how
-/// many there are.
+/// Moves calibration clicks, by their names, that are copies of an earlier one to the rejections, and says
+/// how many there are.
 pub(super) fn leave_out_copied_clicks(
     names: &mut Vec<&str>,
     clicks: &mut Vec<KnownClick>,

@@ -1,7 +1,7 @@
 //! Whether sound takes times from microphone to microphone that a gas can give it.
 
 use crate::Fault;
-use crate::order::{Exchange, OutOfOrder, by_arrival};
+use crate::order::{ChannelExchange, OutOfOrder, by_arrival};
 use rijke_numerics::Matrix;
 use rijke_rig::{Click, RecordSet};
 
@@ -66,7 +66,7 @@ fn among(
     let Some(wrong) = all.iter().find(|s| !s.is_possible()) else { return Ok(()) };
     let order = by_arrival(places, times);
     let back = stretches(&|m| order[m]);
-    let moved = Exchange::of(&order, places).filter(|_| back.iter().all(Stretch::is_possible));
+    let moved = ChannelExchange::of(&order, places).filter(|_| back.iter().all(Stretch::is_possible));
     let backwards = all.iter().find(|s| s.travel < 0.0);
     Err(match (moved, backwards) {
         (Some(exchange), Some(Stretch { pair, travel, .. })) => {

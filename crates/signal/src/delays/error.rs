@@ -1,6 +1,6 @@
 //! Why a calibration cannot be used.
 
-use crate::{Channel, Exchange, Fault};
+use crate::{Channel, ChannelExchange, Fault};
 
 /// Why a calibration cannot be made.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -59,7 +59,7 @@ pub enum CalibrationError {
     )]
     Exchanged {
         /// Which.
-        exchange: Exchange,
+        exchange: ChannelExchange,
         /// How many clicks say so, and of how many.
         clicks: usize,
         /// All clicks.

@@ -5,7 +5,7 @@
 //! that takes its channels one after the other does so within one sample, which may be more than T/2.
 
 use super::error::CalibrationError;
-use crate::order::{Exchange, by_arrival};
+use crate::order::{ChannelExchange, by_arrival};
 
 /// Share of the travel time between two channels by which their delays may differ.
 const HALF: f64 = 0.5;
@@ -34,12 +34,12 @@ fn apart(delays: &[f64], expected: &[f64], step: f64) -> Option<Apart> {
 
 /// The exchange that makes delays those of channels where they are not; how far the delays of its two
 /// outermost channels are apart, as they are and exchanged back; and the travel time between these.
-fn exchange(delays: &[f64], expected: &[f64], step: f64) -> Option<(Exchange, [f64; 2], f64)> {
+fn exchange(delays: &[f64], expected: &[f64], step: f64) -> Option<(ChannelExchange, [f64; 2], f64)> {
     apart(delays, expected, step)?;
     let times: Vec<f64> = delays.iter().zip(expected).map(|(d, x)| d + x).collect();
     let order = by_arrival(expected, &times);
     let back: Vec<f64> = order.iter().zip(expected).map(|(m, x)| times[*m] - x).collect();
-    let exchange = Exchange::of(&order, expected)?;
+    let exchange = ChannelExchange::of(&order, expected)?;
     let [a, b] = [exchange.channels.first()?.number(), exchange.channels.last()?.number()];
     let between = |values: &[f64]| (values[b] - values[a]).abs();
     let found = (exchange, [between(delays), between(&back)], between(expected));
@@ -51,7 +51,8 @@ pub(super) fn in_order(clicks: &[Vec<f64>], expected: &[f64], step: f64) -> Resu
     let found: Vec<_> = clicks.iter().map(|delays| exchange(delays, expected, step)).collect();
     let Some(click) = found.iter().position(Option::is_some) else { return Ok(()) };
     let Some((exchange, delays, travel)) = &found[click] else { return Ok(()) };
-    let same = |other: &&Option<(Exchange, [f64; 2], f64)>| matches!(other, Some((e, ..)) if e == exchange);
+    let same =
+        |other: &&Option<(ChannelExchange, [f64; 2], f64)>| matches!(other, Some((e, ..)) if e == exchange);
     Err(CalibrationError::Exchanged {
         exchange: exchange.clone(),
         clicks: found.iter().filter(same).count(),

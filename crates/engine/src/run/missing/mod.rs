@@ -29,8 +29,8 @@ impl Run {
     /// Those of the model.
     pub(super) fn missing(&self, stage: &Stage, chosen: &Chosen) -> Result<Option<Missing>, EngineError> {
         let used = chosen.used(&self.rig, stage);
-        // Where points are many, training takes what a shared error does to the pressures of each for an error
-        // of its own: a term that does the same at all points would seem certain.
+        // Where points are many, training takes what a shared error does to the pressures of each for an
+        // error of its own: a term that does the same at all points would seem certain.
         let linear = chosen.trained.linear.0.with_shared(&chosen.trained.told.apart)?;
         let rows = chosen.rows(&used);
         let values = &chosen.trained.values[..chosen.trained.own];
