@@ -16,8 +16,8 @@ use std::sync::Arc;
 /// of the square are nats.
 const BENT: f64 = 0.3;
 
-/// What a polynomial may miss between its nodes, likewise, where what a parabola misses is more than this part
-/// of the linear effect: of less, parameters that make up for the error make up for most.
+/// What a polynomial may miss between its nodes, likewise, where what a parabola misses is more than this
+/// part of the linear effect: of less, parameters that make up for the error make up for most.
 const ASTRAY: f64 = 1.0;
 const FAR: f64 = 0.5;
 

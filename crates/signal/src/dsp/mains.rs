@@ -12,6 +12,9 @@ const PERIODS: f64 = 5.0;
 /// Twice the logarithm of the likelihood that another frequency must have more than the nominal one: chance
 /// gives one unknown this once in 20 000.
 const LIKELIER: f64 = 18.0;
+/// Standard deviations of what noise explains beyond which there is hum: the best of a few hundred
+/// frequencies reaches four.
+const HUMS: f64 = 8.0;
 
 /// The frequency of the mains, Hz, that explains most of a long stretch, of harmonics up to the `highest`
 /// but for those that are `left`; the nominal one where the stretch does not tell.
@@ -61,7 +64,10 @@ pub(super) fn mains_of(noise: &[Vec<f64>], rate_hz: f64, nominal_hz: f64, highes
             }
         }
     }
-    if most > explained(0.0) + LIKELIER { nominal_hz + best } else { nominal_hz }
+    // Of noise alone every amplitude explains a chi-squared with two degrees of freedom.
+    let freedom = 2.0 * means.len() as f64;
+    let hums = most > freedom + HUMS * (2.0 * freedom).sqrt();
+    if hums && most > explained(0.0) + LIKELIER { nominal_hz + best } else { nominal_hz }
 }
 
 #[cfg(test)]
