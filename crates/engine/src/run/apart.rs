@@ -127,9 +127,9 @@ pub(super) fn scattered_days(there: &[Held<'_>], sd: f64, named: &[Apart<'_>]) -
     let between = (total - within) / (g - 1.0);
     // What the days themselves scatter by: a mean over the points of a day has a share of their noise.
     let scatter = ((between - noise).max(0.0) * g / n).sqrt();
-    let [kelvin, stated] = [0, 1].map(|k| all.iter().map(|t| ambient(t.0)[k]).sum::<f64>() / n);
-    let explained = 0.5 * STATED * stated / kelvin;
-    (f_as_normal(between / noise, [g - 1.0, n - g]) > APART && scatter > explained).then(|| {
+    // An error of T_amb that counts is inferred, and the frequencies are those of the gas that it makes.
+    let kelvin = all.iter().map(|t| ambient(t.0)[0]).sum::<f64>() / n;
+    (f_as_normal(between / noise, [g - 1.0, n - g]) > APART).then(|| {
         format!(
             "the frequencies of the {g} days scatter about the model by {:.2} % from day to day, far more than those of one day do: an error that the points of a \
              day share is not counted, as {:.1} K of T_amb, so that standard deviations of parameters take {n} measurements for as many errors; state it as \
