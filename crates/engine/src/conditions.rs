@@ -23,11 +23,6 @@ pub struct Conditions {
     pub displaced: Vec<Displaced>,
 }
 
-impl Displaced {
-    /// Standard deviations of the factor at [`Displaced::far`].
-    pub const FAR: [f64; 4] = [-1.0, 1.0, -2.0, 2.0];
-}
-
 /// The conditions of a point with a factor at other values.
 #[derive(Clone, Debug)]
 pub struct Displaced {
@@ -40,6 +35,11 @@ pub struct Displaced {
     /// With the factor so many of its standard deviations away as [`Displaced::FAR`] says, where the rig and
     /// its gas can be so.
     pub far: Option<[Arc<Conditions>; 4]>,
+}
+
+impl Displaced {
+    /// Standard deviations of the factor at [`Displaced::far`].
+    pub const FAR: [f64; 4] = [-1.0, 1.0, -2.0, 2.0];
 }
 
 impl Conditions {

@@ -38,7 +38,10 @@ pub(crate) fn is_one_block(errors: &BaseErrors, group: &[usize], used: &[Used]) 
 /// For each observation whether its numbers are in one block with those of all that share its causes of
 /// error.
 pub(crate) fn in_one_block(errors: &BaseErrors, observed: &[Observed], used: &[Used]) -> Vec<bool> {
-    let mut all = vec![true; observed.len()];
+    let mut all = vec![false; observed.len()];
+    if !errors.are_of_factors() {
+        return all;
+    }
     for group in errors.together(|a, b| same_installation(&observed[a], &observed[b])) {
         let one = is_one_block(errors, &group, used);
         group.into_iter().for_each(|p| all[p] = one);

@@ -146,7 +146,7 @@ pub fn train(
         let (data, order) = blocks.apart()?;
         return fit.finish(&data, order, training.search.clone().from(&rough.parameters), observed.len());
     }
-    let here = predictor.predict(values, Order::Value).ok().filter(|_| of_factors);
+    let here = if of_factors { predictor.predict(values, Order::Value).ok() } else { None };
     let bends = here.map_or_else(Bends::default, |here| Bends::of(assembly, observed, used, values, &here));
     // The effect of the errors is taken at `at`, parameters of the model and then of the channels.
     let with_errors = |at: &[f64]| {

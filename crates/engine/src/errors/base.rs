@@ -108,6 +108,11 @@ impl BaseErrors {
         (causes, columns, rest)
     }
 
+    /// Whether factors have errors at any point.
+    pub(crate) fn are_of_factors(&self) -> bool {
+        (0..self.points.len()).any(|p| self.of_factors_at(p).next().is_some())
+    }
+
     /// The causes at a point that are errors of factors.
     pub(crate) fn of_factors_at(&self, point: usize) -> impl Iterator<Item = &Cause> {
         self.points[point].iter().map(|(cause, _)| cause).filter(|c| c.factor().is_some())
@@ -153,7 +158,7 @@ impl BaseErrors {
             let measured = (0..u.size().min(most(p))).filter_map(|row| Some((row, place[offset + row]?)));
             let measured: Vec<(usize, usize)> = measured.collect();
             offset += u.size();
-            for (cause, change) in list.iter().filter(|(cause, _)| !matches!(cause, Cause::Factor { .. })) {
+            for (cause, change) in list.iter().filter(|(cause, _)| cause.factor().is_none()) {
                 if measured.iter().any(|(row, _)| change[*row] != 0.0) {
                     let (points, column) =
                         all.entry(cause).or_insert_with(|| (BTreeSet::new(), vec![0.0; data.len()]));

@@ -113,17 +113,16 @@ impl<'a> Bends<'a> {
 
     /// The bends, with errors by their `place` among the parameters.
     pub(crate) fn placed(&self, used: &[Used], place: impl Fn(&Cause) -> Option<usize>) -> Vec<Bend<'_>> {
-        let bend = |factor: &'_ OfFactor<'a>| {
+        let errors = |factor: &OfFactor<'_>| {
             let of = |(cause, u): (&Option<Cause>, &Used)| vec![cause.as_ref().and_then(&place); u.size()];
-            factor.causes.iter().zip(used).flat_map(of).collect::<Vec<_>>()
+            factor.causes.iter().zip(used).flat_map(of).collect()
         };
-        let one = |factor| (bend(factor), factor);
-        let all = self.factors.iter().map(one);
-        all.map(|(errors, factor)| Bend {
-            errors,
-            nodes: factor.nodes.iter().map(|(error, model)| (*error, model as &dyn Forward)).collect(),
-        })
-        .collect()
+        let mut all = Vec::with_capacity(self.factors.len());
+        for factor in &self.factors {
+            let nodes = factor.nodes.iter().map(|(error, model)| (*error, model as &dyn Forward));
+            all.push(Bend { errors: errors(factor), nodes: nodes.collect() });
+        }
+        all
     }
 }
 

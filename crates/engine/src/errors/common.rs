@@ -66,7 +66,8 @@ impl Common {
         let sizes: Vec<usize> = used.iter().map(Used::size).collect();
         let rows: usize = sizes.iter().sum();
         // In one block with what they move, the errors of an installation or a point are noise like others.
-        let groups = errors.together(same).into_iter().filter(|group| !is_one_block(&errors, group, used));
+        let groups = if errors.are_of_factors() { errors.together(same) } else { Vec::new() };
+        let groups = groups.into_iter().filter(|group| !is_one_block(&errors, group, used));
         let apart: BTreeSet<Cause> =
             groups.flatten().flat_map(|p| errors.of_factors_at(p)).cloned().collect();
         let goes_on = |cause: &Cause| {

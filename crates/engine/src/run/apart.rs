@@ -117,9 +117,7 @@ pub(super) fn scattered_days(there: &[Held<'_>], sd: f64, named: &[Apart<'_>]) -
     if days.len() < 3 || n < 2.0 * g {
         return None;
     }
-    let relative = |of: &[Held<'_>]| {
-        mean_and_squares(of.iter().map(|t| (t.1 - t.2) / t.2).collect::<Vec<_>>().into_iter())
-    };
+    let relative = |of: &[Held<'_>]| mean_and_squares(of.iter().map(|t| (t.1 - t.2) / t.2));
     let [_, total] = relative(&all);
     let within: f64 = days.values().map(|day| relative(day)[1]).sum();
     let size = all.iter().map(|t| t.2).sum::<f64>() / n;

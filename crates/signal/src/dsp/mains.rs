@@ -1,5 +1,6 @@
 //! The frequency of the mains, from a long stretch of noise that hums.
 
+use super::climb::climb;
 use super::kernels::{Powers, dot};
 use rijke_numerics::C64;
 
@@ -51,19 +52,11 @@ pub(super) fn mains_of(noise: &[Vec<f64>], rate_hz: f64, nominal_hz: f64, highes
         means.iter().map(of).sum()
     };
     let reach = WITHIN * nominal_hz;
-    let mut step = 0.25 * rate_hz / (length as f64 * f64::from(highest.max(1)));
+    let step = 0.25 * rate_hz / (length as f64 * f64::from(highest.max(1)));
     let count = (reach / step).ceil() as i32;
     let grid = (-count..=count).map(|k| f64::from(k) * step).map(|hz| (hz, explained(hz)));
-    let Some((mut best, mut most)) = grid.max_by(|a, b| a.1.total_cmp(&b.1)) else { return nominal_hz };
-    for _ in 0..10 {
-        step *= 0.5;
-        for hz in [best - step, best + step] {
-            let here = explained(hz);
-            if here > most {
-                (best, most) = (hz, here);
-            }
-        }
-    }
+    let Some(best) = grid.max_by(|a, b| a.1.total_cmp(&b.1)) else { return nominal_hz };
+    let (best, most) = climb(explained, best, step, 10);
     // Of noise alone every amplitude explains a chi-squared with two degrees of freedom.
     let freedom = 2.0 * means.len() as f64;
     let hums = most > freedom + HUMS * (2.0 * freedom).sqrt();

@@ -5,6 +5,7 @@
 //! mode with the decay rate a, over a time T, keeps about aT/6 of its power.
 
 use super::search::floor;
+use crate::dsp::climb::climb;
 use crate::dsp::kernels::{Powers, add_scaled, dot};
 use crate::dsp::noise::tone;
 use rijke_numerics::C64;
@@ -98,19 +99,9 @@ fn loudest(series: &[Vec<f64>], rate_hz: f64, (low, high): (f64, f64)) -> Option
     let step = 0.5 * rate_hz / rows.max(1) as f64;
     let count = ((high - low) / step).ceil() as usize;
     let grid = (0..=count).map(|k| (low + step * k as f64).min(high));
-    let (mut best, mut most) = grid.map(|hz| (hz, power(hz))).max_by(|a, b| a.1.total_cmp(&b.1))?;
-    let mut step = step;
-    // The power of a line is a parabola to a small part of a resolution: half steps close in on its top.
-    for _ in 0..12 {
-        step *= 0.5;
-        for hz in [best - step, best + step] {
-            let here = power(hz);
-            if here > most {
-                (best, most) = (hz, here);
-            }
-        }
-    }
-    Some(best)
+    let best = grid.map(|hz| (hz, power(hz))).max_by(|a, b| a.1.total_cmp(&b.1))?;
+    // The power of a line is a parabola to a small part of a resolution.
+    Some(climb(power, best, step, 12).0)
 }
 
 #[cfg(test)]
