@@ -302,8 +302,11 @@ impl Fitting<'_> {
                 }
                 let mut health = found.health;
                 if !checks.scans.is_empty() {
-                    let near =
-                        health.other_modes.iter().filter(|other| other.below < NAMED.1 && !other.is_heavy());
+                    // One whose parameters are those of the best differs by a noise that floats.
+                    let near = health
+                        .other_modes
+                        .iter()
+                        .filter(|other| other.below < NAMED.1 && !other.is_heavy() && other.is_elsewhere());
                     health.warnings.extend(near.take(NAMED.0).map(ToString::to_string));
                 }
                 (found.fit, found.laplace.ok(), found.evidence.ok(), health.warnings, health.sampler)

@@ -122,7 +122,7 @@ pub enum FlowError {
     },
     /// More samples than any run needs.
     #[error(
-        "{have} samples are more than the {most} that are read: give samples at longer intervals, and look whether a row was repeated"
+        "{have} samples are more than the {most} that are read: give samples at longer intervals, and check whether a row was repeated"
     )]
     TooManySamples {
         /// Samples of the run.

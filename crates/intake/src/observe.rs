@@ -118,7 +118,7 @@ impl Intake {
     pub(crate) fn twins(&self) -> Result<Vec<String>, Failed> {
         let Records::Folder(records) = &self.records else { return Ok(Vec::new()) };
         let said = |(a, b): &(String, String)| {
-            format!("{b} holds the same bytes as {a}: look whether it was copied under another name")
+            format!("{b} holds the same bytes as {a}: check whether it was copied under another name")
         };
         Ok(records.twins().or_bad_input()?.iter().map(said).collect())
     }
@@ -203,6 +203,8 @@ impl Intake {
         if let (Records::Folder(records), None) = (&self.records, kept) {
             let folder = records.folder();
             let of = MadeOf::records(folder).or_bad_input().map_err(|f| f.at(folder))?;
+            let given = study.is_some() && !own;
+            let of = if given { of.with_temperatures_of_campaign() } else { of };
             of.write(staged.path()).or_failed()?;
         }
         staged.commit()?;

@@ -22,6 +22,13 @@ pub fn quantity(value: f64, sd: f64, unit: &str) -> String {
     with_sd(value, sd) + &unit
 }
 
+/// A clause as the beginning of a sentence: its first letter large.
+#[must_use]
+pub fn capitalised(clause: &str) -> String {
+    let mut letters = clause.chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
+}
+
 /// `1 mode`, `2 modes`.
 #[must_use]
 pub fn counted(count: usize, one: &str) -> String {
@@ -128,6 +135,7 @@ mod tests {
         assert_eq!(with_sd(0.982_848, 1.04e-3), "0.9828 +- 0.0010");
         assert_eq!(with_sd(4.078e-7, 2.9e-9), "4.078e-7 +- 2.9e-9");
         assert_eq!(with_sd(-1234.56, 7.0), "-1234.6 +- 7.0");
+        assert_eq!((capitalised("the sum"), capitalised("")), ("The sum".to_owned(), String::new()));
         assert_eq!(with_sd(2.0, 0.0), "2.000000e0 +- 0.0e0");
         assert_eq!(quantity(0.982_848, 1.04e-3, "1"), "0.9828 +- 0.0010");
         let precise = [0.0, 243.58, 1.0334, -0.0125, 2.3528e-3, -4.2e7].map(precise);

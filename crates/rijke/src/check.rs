@@ -107,7 +107,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failed> {
     let found = foresight(&study, observed.as_ref(), [growth, frequency, pressure], PLANNED_AMBIENT)
         .map_err(|e| of_the_engine(&e, dir))?;
     if found.iter().any(|stage| stage.alone > 0) {
-        ui.say("points without a measured mode are judged by one mode: their lowest in the band of [recording] or [search], or without such a band that nearest to half a wavelength");
+        ui.say("Points without a measured mode are judged by one mode: the lowest in the band of [recording] or [search], or, where no band is stated, the one nearest to the half-wave mode.");
     }
     found.iter().for_each(|stage| tell_foresight(&study, stage, ui));
     let mut result = json!({ "name": plan.name, "points": study.campaign.points.len(), "records": recorded, "stages": found });

@@ -124,7 +124,7 @@ fn print(ui: &Ui, found: &Next, about: Option<&str>) {
     }
     if let Some(entropy) = found.entropy {
         ui.say(format!(
-            "{} models are open. To know which is right is worth {entropy:.3} nats; column `which model` says how much of that a point tells",
+            "{} models are undecided (entropy {entropy:.3} nats). Column `which model` is the part of it that a point is expected to resolve",
             found.models.len()
         ));
     }
@@ -136,7 +136,8 @@ fn print(ui: &Ui, found: &Next, about: Option<&str>) {
         let point = format!("{}{}", s.point, if s.repeat { " (repeat)" } else { "" });
         [parameters, first, second, number(s.which), number(s.quantity), nats, hours(s.hours), point]
     };
-    let head = ["parameters", "first right", "second right", "which model", "asked", "aim", "hours", "point"];
+    let head =
+        ["parameters", "if first right", "if second right", "which model", "asked", "aim", "hours", "point"];
     let rows: Vec<_> = found.points.iter().take(SHOWN).map(row).collect();
     let filled: Vec<usize> = (0..head.len()).filter(|k| rows.iter().any(|r| !r[*k].is_empty())).collect();
     let rows = rows.into_iter().map(|row| filled.iter().map(move |k| row[*k].clone()).collect::<Vec<_>>());
@@ -148,9 +149,9 @@ fn print(ui: &Ui, found: &Next, about: Option<&str>) {
         ui.note(format!("{point} is left out: {why}"));
     }
     let [plan, greedy] = found.total.map(|nats| fixed(nats, 3));
-    ui.say(format!("Plan: {plan} nats (greedy {greedy})"));
+    ui.say(format!("Plan: {plan} nats together ({greedy} before points were exchanged)"));
     if found.aim == Aim::Models && found.total[0] < NO_DIFFERENCE {
-        ui.say("No measurement at these points tells the models apart: they foresee the same");
+        ui.say("No measurement at these points distinguishes the models: they predict the same");
     }
     let row = |step: &Step| [fixed(step.adds, 3), hours(step.hours), step.point.clone()];
     ui.table(["adds, nats", "hours", "point"], found.plan.iter().map(row));
@@ -170,10 +171,10 @@ fn print(ui: &Ui, found: &Next, about: Option<&str>) {
 fn print_microphones(ui: &Ui, found: &MicrophoneTable) {
     let ([bare, all], points) = (found.total, found.points.len());
     ui.say(format!(
-        "{}: one more visit of all {points} points tells {bare:.3} nats by growth rates and frequencies",
+        "{}: measuring all {points} points once more gives an expected {bare:.3} nats by growth rates and frequencies",
         found.stage
     ));
-    ui.say(format!("With the pressures of the microphones in use, {all:.3} nats"));
+    ui.say(format!("With the pressures of the microphones in use it gives {all:.3} nats"));
     let row = |m: &MicrophoneChoice| {
         let role = m.takes_its_role.as_ref();
         let note = role.map(|other| format!(" (the reference: without it, {other} takes its role)"));

@@ -69,8 +69,8 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failed> {
             return failure;
         }
         failure.remedy(
-            "Name a network file. Of the rig of a study `rijke modes` with --point ID computes the modes, and a stage \
-             with `responses` what it answers when it is driven.",
+            "This is the rig of a study. `rijke modes DIR --point ID` computes its modes; for driven responses declare a stage with `responses`, and use \
+             `rijke predict`.",
         )
     })?;
     for warning in &driven.warnings {

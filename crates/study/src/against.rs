@@ -1,5 +1,6 @@
 //! What the files of a study say against its observations.
 
+use crate::made_of::has_temperatures_of_campaign;
 use crate::plan::Base;
 use crate::rig::PartAt;
 use crate::{GasReading, ObservedModes, Point, Study, StudyError, read_readings};
@@ -8,6 +9,9 @@ use rijke_rig::Observations;
 
 /// The temperature of a day is no nearer to that of a plan than this, K: beyond, one of the two is a slip.
 const UNLIKE: f64 = 15.0;
+
+/// A temperature that was written and read again differs by no more than this, K.
+const ROUNDING: f64 = 1e-6;
 
 /// Two readings of one point on both sides of a part differ by more than this share of their mean, and are
 /// farther apart than this share of the length: the laws of the part see a temperature that is nowhere.
@@ -73,17 +77,27 @@ impl Study {
     /// sentence.
     #[must_use]
     pub fn other_temperatures(&self, observations: &ObservedModes) -> Option<String> {
+        // What the campaign gave when the records were processed it has still, unless it was corrected since.
+        let given = has_temperatures_of_campaign(&self.folder.join("observations"));
         let differs = |(k, point): (usize, &Point)| {
-            let ([stated, _], [read, _]) = (point.ambient?, *observations.ambient.get(&k)?);
-            ((stated - read).abs() > UNLIKE)
-                .then(|| format!("{} ({stated} K there, {read} K with the records)", point.id))
+            let ([stated, sd], [read, read_sd]) = (point.ambient?, *observations.ambient.get(&k)?);
+            let corrected = (stated - read).abs() > ROUNDING || (sd - read_sd).abs() > ROUNDING;
+            let unlike = if given { corrected } else { (stated - read).abs() > UNLIKE };
+            unlike.then(|| {
+                format!("{} ({stated} +- {sd} K there, {read} +- {read_sd} K with the records)", point.id)
+            })
         };
         let points: Vec<String> = self.campaign.points.iter().enumerate().filter_map(differs).collect();
         points.first().map(|first| {
             format!(
                 "at {}, first {first}, the campaign and the records state different ambient temperatures; those of the records count \
-                 (observations/points.csv); correct T_amb, or process the records again",
-                counted(points.len(), "point")
+                 (observations/points.csv); {}",
+                counted(points.len(), "point"),
+                if given {
+                    "the campaign was changed since they were processed: process them again, with --force"
+                } else {
+                    "correct T_amb, or process the records again"
+                }
             )
         })
     }
@@ -180,7 +194,7 @@ impl Study {
 
 #[cfg(test)]
 mod tests {
-    use crate::OneTable;
+    use crate::{MadeOf, OneTable};
 
     #[test]
     fn exact_points_that_lack_observations_and_other_temperatures_are_said() {
@@ -193,14 +207,22 @@ mod tests {
         std::fs::write(&rig, tube).unwrap();
         std::fs::write(&table, modes).unwrap();
         let (study, mut observations) = OneTable::read(&rig, &table).unwrap().study().unwrap();
-        std::fs::remove_dir_all(&folder).unwrap();
         assert_eq!((study.unobserved(&observations), study.other_temperatures(&observations)), (None, None));
         observations.ambient.insert(1, [320.0, 0.1]);
         let other = study.other_temperatures(&observations).unwrap();
         assert!(
-            other.starts_with("at 1 point, first line-3 (294 K there, 320 K with the records)"),
+            other.starts_with("at 1 point, first line-3 (294 +- 0 K there, 320 +- 0.1 K with the records)"),
             "{other}"
         );
+        // Less than a plan may be off; but the campaign gave it when the records were processed.
+        observations.ambient.insert(1, [299.0, 0.0]);
+        assert_eq!(study.other_temperatures(&observations), None);
+        let observed = study.folder.join("observations");
+        std::fs::create_dir_all(&observed).unwrap();
+        MadeOf::records(&observed).unwrap().with_temperatures_of_campaign().write(&observed).unwrap();
+        let corrected = study.other_temperatures(&observations);
+        std::fs::remove_dir_all(&folder).unwrap();
+        assert!(corrected.unwrap().ends_with("process them again, with --force"));
         observations.modes.pop();
         let lacking = study.unobserved(&observations).unwrap();
         assert!(

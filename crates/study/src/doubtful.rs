@@ -193,7 +193,7 @@ impl Study {
         let (what, value, unit, [low, high]) =
             numbers.into_iter().find(|(_, value, _, [low, high])| !(low..=high).contains(&value))?;
         Some(format!(
-            "rig.toml: the gas has a {what} of {}{unit}, and in rigs it lies between {low} and {high}{unit}: look after the decimal point and the unit",
+            "rig.toml: the gas has a {what} of {}{unit}, and in rigs it lies between {low} and {high}{unit}: check the decimal point and the unit",
             rounded(value)
         ))
     }

@@ -88,7 +88,7 @@ impl Study {
         let said = |candidate: &Candidate| {
             let (file, line) = self.catalogue.place(&candidate.id).unwrap_or_default();
             format!(
-                "{file}, line {line}: candidate `{}` has the role `{}`, which no stage and no question names: it is part of no model; named are {}",
+                "{file}, line {line}: candidate `{}` is not used, because no stage and no question names its role `{}`; roles in use: {}",
                 candidate.id,
                 candidate.role,
                 crate::source::listed(named.iter().copied())
@@ -228,5 +228,6 @@ fn candidates(folder: &Path, rig: &Rig) -> Result<Catalogue, StudyError> {
     for file in files {
         catalogue.join(Catalogue::read(&file, rig)?)?;
     }
+    catalogue.extends_what_there_is()?;
     Ok(catalogue)
 }

@@ -24,6 +24,13 @@ impl MadeOf {
         Self::of(folder, listed(folder, &of_records)?)
     }
 
+    /// The same with ambient temperatures that the campaign of the study gave.
+    #[must_use]
+    pub fn with_temperatures_of_campaign(mut self) -> Self {
+        self.0.insert(TEMPERATURES.to_owned(), "given".to_owned());
+        self
+    }
+
     /// What a ranking reads of the study in `dir`: its files, and the tables that these name. Neither records
     /// nor results, nor what lies beside.
     ///
@@ -73,9 +80,21 @@ impl MadeOf {
         let before = before.and_then(|text| serde_json::from_str::<Self>(&text).ok());
         let Some(Self(before)) = before.filter(|_| made.is_dir()) else { return Vec::new() };
         let Ok(Self(now)) = now() else { return Vec::new() };
-        let names: BTreeSet<&String> = before.keys().chain(now.keys()).collect();
+        let names: BTreeSet<&String> =
+            before.keys().chain(now.keys()).filter(|name| *name != TEMPERATURES).collect();
         names.into_iter().filter(|name| before.get(*name) != now.get(*name)).cloned().collect()
     }
+}
+
+/// Stands among the files of records whose ambient temperatures the campaign gave.
+const TEMPERATURES: &str = "T_amb of campaign.csv";
+
+/// Whether the ambient temperatures in a folder of observations are those that the campaign had when its
+/// records were processed.
+pub(crate) fn has_temperatures_of_campaign(observations: &Path) -> bool {
+    let text = rijke_numerics::read_text(&observations.join(MadeOf::FILE)).ok();
+    let made_of = text.and_then(|text| serde_json::from_str::<MadeOf>(&text).ok());
+    made_of.is_some_and(|of| of.0.contains_key(TEMPERATURES))
 }
 
 /// What a study is made of, wherever it comes from.

@@ -237,9 +237,14 @@ impl Common {
         let explain = |text: String| {
             let of = |k: usize| text.strip_prefix(&format!("{} = ", name(k)))?.split_once(" lies ");
             let found = (0..self.shares.columns()).find_map(|k| Some((k, of(k)?.1)));
-            found.map_or(text.clone(), |(k, rest)| {
-                format!("the error of the base states by {} lies {rest}", self.most_of(k))
-            })
+            if let Some((k, rest)) = found {
+                return format!("the error of the base states by {} lies {rest}", self.most_of(k));
+            }
+            let named = |text: String, k: usize| {
+                let by = format!("error of the base states by {}", self.most_of(k));
+                text.replace(&format!("{} = ", name(k)), &format!("{by}, in standard deviations = "))
+            };
+            (0..self.shares.columns()).fold(text, named)
         };
         warnings.into_iter().map(explain).collect()
     }

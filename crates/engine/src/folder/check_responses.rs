@@ -102,7 +102,7 @@ fn told(stage: &ResponseForesight, tell: &dyn Tell) {
         }
         let all = model.widths.iter().map(|(name, w)| format!("{name} {w:.2e}")).collect::<Vec<_>>();
         tell.say(format!(
-            "  {}: posterior sd over prior sd: {}",
+            "  {}: sd after these data over sd of the prior (1: not determined): {}",
             model.id,
             if all.is_empty() { "nothing is free".to_owned() } else { all.join(", ") }
         ));

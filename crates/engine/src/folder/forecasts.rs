@@ -29,15 +29,13 @@ impl Forecasts<'_> {
         for assumed in &model.assumes {
             let search =
                 if study.plan.responses.is_empty() { "; `rijke search` weighs all combinations" } else { "" };
-            tell.note(format!(
-                "warning: this model stands on a choice that is not decided. {assumed}{search}"
-            ));
+            tell.note(format!("warning: this model depends on an undecided choice. {assumed}{search}"));
         }
         warn_of_missing(&study.folder, &model.stage, tell);
         if model.trained_on.is_empty() {
             tell.note(
-                "no mode was measured at the points of this stage: its model is as earlier stages have it, modes are numbered from the lowest \
-                 frequency, and nothing is known of the noise of a measurement, which both standard deviations leave out"
+                "no mode was measured at the points of this stage. Its model is that of the earlier stages, and modes are numbered from the lowest frequency. \
+                 Both standard deviations leave out the noise of a measurement, which is not known"
                     .to_owned(),
             );
         }
@@ -101,7 +99,7 @@ impl Forecasts<'_> {
         far.iter().for_each(|far| tell.note(format!("warning: {}", far.words())));
         if !open.is_empty() {
             tell.note(format!(
-                "the columns averaged_... average over this model and {} that the evidence leaves open beside it, weighted by their probabilities",
+                "the columns averaged_... average, by probability, over this model and {} more that the evidence leaves open",
                 open.len()
             ));
             if let Some(said) = at_other_maxima(model, open) {
@@ -184,13 +182,13 @@ pub fn surroundings(asked: &AskedPoint, point: &Point, nearest: &str) -> Option<
     let given = |name: &str| asked.values.contains_key(name);
     let temperature = match (given("T_amb"), &asked.day) {
         (true, _) => None,
-        (false, None) => Some(format!("that of {nearest}, the nearest point")),
-        (false, Some(day)) => Some(format!("that of {nearest}, the nearest point of day {day}")),
+        (false, None) => Some(format!("as at {nearest}, the nearest point")),
+        (false, Some(day)) => Some(format!("as at {nearest}, the nearest point of day {day}")),
     };
     let error = match (given("T_amb_sd"), &asked.day) {
         (true, _) => None,
         (false, None) => {
-            Some("the campaign's standard deviation, as an error independent of other points".to_owned())
+            Some("the campaign's standard deviation and an error independent of other points".to_owned())
         }
         (false, Some(day)) => Some(format!("the error of day {day}")),
     };

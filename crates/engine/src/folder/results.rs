@@ -96,7 +96,7 @@ pub fn warn_of_missing(dir: &Path, stage: &str, tell: &dyn Tell) {
     let first = record.missing.as_ref().and_then(|missing| missing.families.first());
     if let Some(family) = first.filter(|f| f.first.probability <= Missing::CHANCE) {
         tell.note(format!(
-            "warning: `rijke rank` found that the data ask for a further term in this model ({}); what is stated here assumes that the model is complete",
+            "warning: `rijke rank` found that the data require a further term in this model ({}); these predictions assume a complete model, and their standard deviations are too small",
             family.first.words()
         ));
     }

@@ -9,8 +9,14 @@ use std::path::Path;
 /// Reads a study.
 pub fn open_study(dir: &Path) -> Result<Study, Failed> {
     if !dir.join("study.toml").exists() {
-        return Err(Failed::bad_input(format!("{}: holds no study.toml, so it is no study", dir.display()))
-            .remedy("`rijke new DIR --template NAME` writes a study to fill in; docs/study-folder.md describes it."));
+        let what = match (dir.is_dir(), dir.exists()) {
+            (true, _) => "holds no study.toml, so it is no study",
+            (false, true) => "is a file; give the folder of the study",
+            (false, false) => "there is no such folder",
+        };
+        return Err(Failed::bad_input(format!("{}: {what}", dir.display())).remedy(
+            "`rijke new DIR --template NAME` writes a study to fill in; docs/study-folder.md describes it.",
+        ));
     }
     crate::run::open(dir).map_err(Failed::bad_input)
 }

@@ -163,7 +163,7 @@ impl Ground {
     pub(crate) fn other_maxima(&self) -> Option<String> {
         let share = self.models.first().map_or(0.0, |m| m.beside.iter().map(|m| m.share).sum::<f64>());
         (share > 1e-3).then(|| {
-            format!("what is predicted is that of the most probable maximum of the posterior; others have {share:.3} of the probability")
+            format!("the predictions are those of the most probable maximum of the posterior; other maxima have a probability of {share:.3}")
         })
     }
 

@@ -107,7 +107,7 @@ fn inverted(data: &Selected) -> Option<Undone> {
     }
     // Both parts of a number.
     let ln_scale = ratios.iter().map(|size: &f64| -4.0 * size.ln()).sum();
-    let said = "the inverses of these transfer functions have GAIN nats more: `to` is the microphone above the fraction line, `from` that below; look whether \
+    let said = "the inverses of these transfer functions have GAIN nats more: `to` is the microphone above the fraction line, `from` that below; check whether \
                 the two were exchanged";
     Some((turned, ln_scale, said.to_owned()))
 }

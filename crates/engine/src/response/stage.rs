@@ -220,8 +220,7 @@ impl ResponseRun {
         });
         let covariance = &laplace.physical_covariance;
         let parameter = |(i, p): (usize, &Parameter)| {
-            let value = fit.parameters[i];
-            TrainedParameter::of(p, value, p.sd_about(value, covariance[(i, i)].sqrt()))
+            TrainedParameter::of(p, fit.parameters[i], covariance[(i, i)].sqrt())
         };
         record.parameters = parameters.list().iter().enumerate().map(parameter).collect();
         TrainedParameter::tie(&mut record.parameters, covariance);

@@ -40,7 +40,7 @@ pub(super) fn stray(measured: &[Measured], distances: &[Vec<f64>]) -> Vec<String
     if (1..=NAMED).contains(&far.len()) && 2 * far.len() < medians.len() {
         for (k, times) in &far {
             said.push(format!(
-                "the response {} lies {times:.0} times as far from the model as the others: look whether it belongs to this point, and in which unit and \
+                "the response {} lies {times:.0} times as far from the model as the others: check that it belongs to this point, and in which unit and \
                  reference it was measured",
                 measured[*k].label
             ));

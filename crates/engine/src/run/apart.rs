@@ -50,8 +50,15 @@ impl Common {
     }
 
     /// The day or installation that lies farthest apart, if any does, in its angular frequencies, or else its
-    /// growth rates; `sd` is the standard deviation of what was measured.
-    pub(super) fn apart<'a>(self, there: &[Held<'a>], sd: f64, frequencies: bool) -> Option<Apart<'a>> {
+    /// growth rates; `sd` is the standard deviation of what was measured. Where groups `vary` by a noise that
+    /// the stage states, one is compared with the scatter of all others.
+    pub(super) fn apart<'a>(
+        self,
+        there: &[Held<'a>],
+        sd: f64,
+        frequencies: bool,
+        vary: bool,
+    ) -> Option<Apart<'a>> {
         let mut names: Vec<&str> =
             there.iter().map(|t| self.name(t)).filter(|name| !name.is_empty()).collect();
         names.sort_unstable();
@@ -69,7 +76,20 @@ impl Common {
                 [&here, &others].map(|part| mean_and_squares(part.iter().map(|t| (t.1 - t.2) / unit(t))));
             let freedom = (there.len() - 2) as f64;
             let spread = ((own[1] + all[1]) / freedom).sqrt().max(sd / size);
-            let error = spread * (1.0 / here.len() as f64 + 1.0 / others.len() as f64).sqrt();
+            let mut error = spread * (1.0 / here.len() as f64 + 1.0 / others.len() as f64).sqrt();
+            if vary {
+                let mut means: BTreeMap<&str, Vec<f64>> = BTreeMap::new();
+                others
+                    .iter()
+                    .for_each(|t| means.entry(self.name(t)).or_default().push((t.1 - t.2) / unit(t)));
+                let means = means.into_values().map(|all| all.iter().sum::<f64>() / all.len() as f64);
+                let means: Vec<f64> = means.collect();
+                if means.len() < FEWEST[1] {
+                    return None;
+                }
+                let [_, squares] = mean_and_squares(means.iter().copied());
+                error = error.max((squares / (means.len() - 1) as f64).sqrt());
+            }
             let mut points: Vec<&str> = here.iter().map(|t| t.0.conditions.id.as_str()).collect();
             points.dedup();
             let mean = |k: usize| here.iter().map(|t| ambient(t.0)[k]).sum::<f64>() / here.len() as f64;
@@ -202,7 +222,7 @@ mod tests {
         let apart = |moved: f64, sd: f64| {
             let there: Vec<Held<'_>> =
                 (0..8).map(|k| (&days[k], residuals[k] + if k < 3 { moved } else { 0.0 }, 0.0)).collect();
-            Common::Day.apart(&there, sd, false).map(|found| (found.name.to_owned(), found.distance))
+            Common::Day.apart(&there, sd, false, false).map(|found| (found.name.to_owned(), found.distance))
         };
         let moved = |t: f64| t * error - 0.24;
         assert_eq!(apart(moved(5.9), 0.0), None);
@@ -212,5 +232,27 @@ mod tests {
         let error = 2.0 * (1.0 / 3.0 + 1.0 / 5.0_f64).sqrt();
         let distance = apart(7.0 * error - 0.24, 2.0).unwrap().1;
         assert!((distance - 7.0).abs() < 1e-9, "{distance}");
+    }
+
+    #[test]
+    fn exact_installations_that_vary_are_compared_with_each_other() {
+        let points = points();
+        let of = |k: usize| {
+            let mut conditions = (*points[0].conditions).clone();
+            conditions.point.installation = (k / 2).to_string();
+            Observed { conditions: Arc::new(conditions), ..points[0].clone() }
+        };
+        let all: Vec<Observed> = (0..10).map(of).collect();
+        // Five installations of two points each, 0.1 apart; means of the others -1, 1, -1, 1 about zero.
+        let distance = |first: f64, vary: bool| {
+            let mean = |k: usize| [first, -1.0, 1.0, -1.0, 1.0][k / 2];
+            let there: Vec<Held<'_>> =
+                (0..10).map(|k| (&all[k], mean(k) + [0.05, -0.05][k % 2], 0.0)).collect();
+            Common::Installation.apart(&there, 0.01, false, vary).map(|found| found.distance)
+        };
+        assert!(distance(4.0, false).is_none_or(|d| d < 8.0));
+        assert_eq!(distance(4.0, true), None);
+        // Their standard deviation is root 4/3.
+        assert!((distance(8.0, true).unwrap() - 8.0 / (4.0_f64 / 3.0).sqrt()).abs() < 1e-9);
     }
 }

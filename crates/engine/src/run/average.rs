@@ -39,12 +39,16 @@ pub fn at_other_maxima(model: &SavedModel, open: &[OpenModel]) -> Option<String>
     let values: Vec<String> = (0..here.names.len()).filter_map(apart).take(3).collect();
     let odds: f64 = itself.iter().map(|o| o.odds).sum();
     Some(format!(
-        "{} of them {} of this model at another maximum of its posterior; together they have {:.2} of its probability, and the most probable is at {}. \
-         All other columns are of one maximum: take the averaged ones",
+        "{} of them {} this model at another maximum of its posterior: {:.2} of its probability in all, the most probable{}. All other columns hold for \
+         one maximum: use the averaged ones",
         itself.len(),
         if itself.len() == 1 { "is" } else { "are" },
         odds / (1.0 + odds),
-        values.join(", ")
+        if values.is_empty() {
+            " with a noise of another size".to_owned()
+        } else {
+            format!(" at {}", values.join(", "))
+        }
     ))
 }
 

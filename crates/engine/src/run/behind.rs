@@ -16,8 +16,8 @@ pub(crate) fn behind_by_a_prior(models: &[(&str, Option<f64>, &[TrainedParameter
         let (p, z) = far.iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
         (behind > 0.0 && penalty > behind).then(|| {
             format!(
-                "{id} lies {behind:.1} nats behind because of its priors alone: the data put {} {z:.1} sd of its prior from what was known before, which \
-                 costs about {penalty:.0} nats; look whether that prior is right",
+                "only its priors put {id} {behind:.1} nats behind: the data move {} by {z:.1} sd of its prior, which costs about {penalty:.0} nats; check that \
+                 prior",
                 p.name
             )
         })

@@ -31,7 +31,7 @@ impl Beyond {
         let unit = unit_behind(unit);
         match part {
             Some(part) => format!(
-                "{point}: {part} is there ({factor} = {value}), and was at no point that trained: where this model has no law for it, it counts as absent"
+                "{point}: {part} is there ({factor} = {value}), and was at no point that trained: it counts with its element in rig.toml and the laws of this model, which these data did not test"
             ),
             None => format!(
                 "{point}: {factor} = {value}{unit} is beyond the points that trained, {low} to {high}{unit}: the laws are extrapolated"

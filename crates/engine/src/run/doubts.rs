@@ -37,12 +37,14 @@ const SHAPES: f64 = 0.1;
 
 /// Reasons to doubt a model whose growth rates and angular frequencies at the points are `predicted`;
 /// `misfit` is what it leaves of growth rate, angular frequency and pressures, and `floats` whether the first
-/// two were found, not stated.
+/// two were found, not stated; and whether the stage has a noise
+/// between installations.
 pub(super) fn doubts(
     observed: &[Observed],
     predicted: &[[f64; 2]],
     misfit: [f64; 3],
     floats: [bool; 2],
+    installations_vary: bool,
 ) -> Vec<String> {
     let mut all = Vec::new();
     for (k, what) in ["growth rates", "frequencies"].into_iter().enumerate() {
@@ -72,16 +74,19 @@ pub(super) fn doubts(
         // Repeats of one point do not ask for an explanation.
         if floats[k] && scatter > MANY * sd && misfit[k] > MANY * sd && misfit[k] > NOTHING * scatter {
             all.push(format!(
-                "the misfit of {what}, {}, is as large as they differ from each other ({}): the model explains none of it; check units, signs and priors",
+                "the misfit of {what} ({}) is no smaller than their scatter ({}): the model explains none of it; check units, signs and priors",
                 shown(misfit[k]),
                 shown(scatter)
             ));
         }
         let frequencies = k == 1;
         // A temperature moves frequencies, a part at another place both.
-        let day = if frequencies { Common::Day.apart(&there, sd, true) } else { None };
-        let installation =
-            if day.is_some() { None } else { Common::Installation.apart(&there, sd, frequencies) };
+        let day = if frequencies { Common::Day.apart(&there, sd, true, false) } else { None };
+        let installation = if day.is_some() {
+            None
+        } else {
+            Common::Installation.apart(&there, sd, frequencies, installations_vary)
+        };
         let apart: Vec<Apart<'_>> = day.into_iter().chain(installation).collect();
         // Not once more as single points.
         let of_a_group = |found: &Outlying<'_>| {
@@ -119,7 +124,7 @@ pub(super) fn other_sign(found: &[TrainedParameter], declared: &[Parameter]) -> 
         let other = f.value * mean < 0.0 && mean.abs() >= sd && f.value.abs() > CLEARLY * f.sd;
         other.then(|| {
             format!(
-                "{} = {} has the other sign than its prior, {mean} +- {sd}: if that cannot be, look at the signs in its law and at the phases of its tables",
+                "{} = {} has not the sign of its prior, {mean} +- {sd}: if that cannot be, check the signs in its law and the phases of its tables",
                 f.name,
                 with_sd(f.value, f.sd)
             )
@@ -284,7 +289,8 @@ pub(super) mod tests {
     fn exact_a_misfit_is_doubted_from_ten_measured_deviations() {
         let mut points = points();
         points.iter_mut().for_each(|o| o.mode.covariance = Matrix::diagonal(&[0.0225, 0.01]));
-        let said = |misfit: f64| doubts(&points, &[[-2.5, 502.5]; 6], [misfit, 0.0, 0.0], [true; 2]).len();
+        let said =
+            |misfit: f64| doubts(&points, &[[-2.5, 502.5]; 6], [misfit, 0.0, 0.0], [true; 2], false).len();
         assert_eq!([said(1.45), said(1.55)], [0, 1]);
     }
 
@@ -292,20 +298,20 @@ pub(super) mod tests {
     fn behaviour_a_model_is_doubted_for_what_it_does_not_explain() {
         let points = points();
         let right: Vec<[f64; 2]> = (0..6).map(|k| [0.05 - f64::from(k), 500.05 + f64::from(k)]).collect();
-        assert!(doubts(&points, &right, [0.1, 0.1, 0.02], [true; 2]).is_empty());
-        let said = doubts(&points, &[[-2.5, 502.5]; 6], [1.7, 1.7, 0.0], [true; 2]);
-        assert!(doubts(&points, &[[-2.5, 502.5]; 6], [1.7, 1.7, 0.0], [false; 2]).is_empty());
+        assert!(doubts(&points, &right, [0.1, 0.1, 0.02], [true; 2], false).is_empty());
+        let said = doubts(&points, &[[-2.5, 502.5]; 6], [1.7, 1.7, 0.0], [true; 2], false);
+        assert!(doubts(&points, &[[-2.5, 502.5]; 6], [1.7, 1.7, 0.0], [false; 2], false).is_empty());
         assert!(said.len() == 2 && said[0].contains("explains none of it"), "{said:?}");
         let mut one_off = right.clone();
         one_off[3][1] += 4.0;
-        let said = doubts(&points, &one_off, [0.1, 1.6, 0.0], [true; 2]);
+        let said = doubts(&points, &one_off, [0.1, 1.6, 0.0], [true; 2], false);
         assert!(said.iter().any(|s| s.starts_with("p3 alone lies 0.6")), "{said:?}");
         // Two points that were exchanged, among thirteen.
         let many: Vec<Observed> = points.iter().chain(&points).chain(&points[..1]).cloned().collect();
         let mut said_of: Vec<[f64; 2]> = right.iter().chain(&right).chain(&right[..1]).copied().collect();
-        assert!(doubts(&many, &said_of, [0.1, 0.1, 0.02], [true; 2]).is_empty());
+        assert!(doubts(&many, &said_of, [0.1, 0.1, 0.02], [true; 2], false).is_empty());
         said_of.swap(1, 3);
-        let said = doubts(&many, &said_of, [1.0, 1.0, 0.02], [true; 2]);
+        let said = doubts(&many, &said_of, [1.0, 1.0, 0.02], [true; 2], false);
         assert!(said.len() == 2 && said[0].starts_with("p3, p1 lie -2.05 1/s, 1.95 1/s from"), "{said:?}");
         assert!(said[0].contains("exchanged with each other they fit"), "{said:?}");
         // Three points of the second day, in air 4 K colder than was read.
@@ -316,9 +322,9 @@ pub(super) mod tests {
         };
         let days: Vec<Observed> = many[..9].iter().enumerate().map(|(k, o)| of_days(o, k)).collect();
         let mut said_of: Vec<[f64; 2]> = right.iter().chain(&right).take(9).copied().collect();
-        assert!(doubts(&days, &said_of, [0.1, 0.1, 0.02], [true; 2]).is_empty());
+        assert!(doubts(&days, &said_of, [0.1, 0.1, 0.02], [true; 2], false).is_empty());
         said_of[..3].iter_mut().for_each(|v| v[1] *= 1.0 + 2.0 / 293.15);
-        let said = doubts(&days, &said_of, [0.1, 0.1, 0.02], [true; 2]);
+        let said = doubts(&days, &said_of, [0.1, 0.1, 0.02], [true; 2], false);
         let expected = "the frequencies of day 2 (p0, p1, p2) lie 0.7 % below the model on average, ";
         assert!(
             said.len() == 1 && said[0].starts_with(expected) && said[0].contains("air 4 K colder"),
@@ -334,11 +340,11 @@ pub(super) mod tests {
             })
             .collect();
         let mut said_of: Vec<[f64; 2]> = (0..32).map(|k| right[k % 6]).collect();
-        assert!(doubts(&four, &said_of, [0.1, 0.1, 0.02], [true; 2]).is_empty());
+        assert!(doubts(&four, &said_of, [0.1, 0.1, 0.02], [true; 2], false).is_empty());
         for (k, v) in said_of.iter_mut().enumerate() {
             v[1] *= 1.0 + [2e-3, -2e-3][day(k) % 2];
         }
-        let said = doubts(&four, &said_of, [0.1, 0.1, 0.02], [true; 2]);
+        let said = doubts(&four, &said_of, [0.1, 0.1, 0.02], [true; 2], false);
         let expected = "the frequencies of the 4 days scatter about the model by 0.23 % from day to day";
         assert!(said.len() == 1 && said[0].starts_with(expected) && said[0].contains("1.4 K"), "{said:?}");
         // The same three points in one installation, whose growth rates are 1 1/s too low.
@@ -352,12 +358,14 @@ pub(super) mod tests {
             })
             .collect();
         let mut said_of: Vec<[f64; 2]> = right.iter().chain(&right).take(9).copied().collect();
-        assert!(doubts(&installed, &said_of, [0.1, 0.1, 0.02], [true; 2]).is_empty());
+        assert!(doubts(&installed, &said_of, [0.1, 0.1, 0.02], [true; 2], false).is_empty());
         said_of[..3].iter_mut().for_each(|v| v[0] += 1.0);
-        let said = doubts(&installed, &said_of, [0.1, 0.1, 0.02], [true; 2]);
+        let said = doubts(&installed, &said_of, [0.1, 0.1, 0.02], [true; 2], false);
         let expected =
             "the growth rates of installation 2 (p0, p1, p2) lie 1.00 1/s below the model on average, ";
         assert!(said.len() == 1 && said[0].starts_with(expected), "{said:?}");
+        // Where installations differ by a stated noise, too few others are there to compare one with.
+        assert!(doubts(&installed, &said_of, [0.1, 0.1, 0.02], [true; 2], true).is_empty());
         let decays: Vec<Observed> = points[1..]
             .iter()
             .map(|o| Observed {
@@ -365,9 +373,9 @@ pub(super) mod tests {
                 ..o.clone()
             })
             .collect();
-        let said = doubts(&decays, &right[1..], [5.0, 0.1, 0.02], [false; 2]);
+        let said = doubts(&decays, &right[1..], [5.0, 0.1, 0.02], [false; 2], false);
         assert!(said.len() == 1 && said[0].contains("another number of the decay"), "{said:?}");
-        let said = doubts(&points, &right, [0.1, 0.1, 0.12], [true; 2]);
+        let said = doubts(&points, &right, [0.1, 0.1, 0.12], [true; 2], false);
         assert!(said.len() == 1 && said[0].contains("order, places and gains"), "{said:?}");
     }
 }

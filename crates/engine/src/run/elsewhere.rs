@@ -226,10 +226,13 @@ fn given_and_like(
         let [low, high] = range_of(campaign, k);
         // A unit of another size is further away than any sound extrapolation.
         let reach = FARTHEST * (high - low).max(low.abs()).max(high.abs());
-        if *value < low - reach || *value > high + reach {
+        // What puts a part into the rig or takes it out is 0 or 1, at whatever points it was measured.
+        let switches = *value == 0.0 || (*value == 1.0 && campaign.factors[k].unit == "1");
+        if !switches && (*value < low - reach || *value > high + reach) {
             let unit = campaign.factors[k].unit_in_print();
             return fail(format!(
-                "{name} = {value} {unit} is far from every point of the campaign ({low} to {high} {unit}): numbers are in SI units"
+                "{name} = {value} {unit} is far from every point of the campaign ({low} to {high} {unit}): numbers are in SI units; if it is meant, write it as a row of campaign.csv \
+                 without a measurement, and predict that point"
             ));
         }
         given.push((k, *value));

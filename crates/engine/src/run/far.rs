@@ -46,13 +46,12 @@ impl FarOff {
         let missed = |k: usize| {
             let (what, digits) = [("growth rates", 0), ("frequencies", 1)][k];
             let (size, errors) = (100.0 * self.of_size[k], self.of_errors[k]);
-            self.is_far(k).then(|| {
-                format!("{what} are missed by {size:.digits$} %, {errors:.0} times their stated errors")
-            })
+            self.is_far(k)
+                .then(|| format!("{what} by {size:.digits$} % (rms), {errors:.0} times their stated errors"))
         };
         let all: Vec<String> = (0..2).filter_map(missed).collect();
         format!(
-            "{}: check the model, lengths, temperatures, priors, the sampling rate and the order of points",
+            "the model misses {}: check the sampling rate, the order of points, lengths and temperatures, then priors and the model",
             all.join(", ")
         )
     }
@@ -76,7 +75,7 @@ mod tests {
         // 2.9 rad/s of 1000 are small, though six errors; 6 rad/s are twelve errors and 0.6 %.
         assert_eq!(of([0.0, 2.9]), None);
         let words = of([0.0, 6.0]).unwrap().words();
-        let only = "frequencies are missed by 0.6 %, 12 times their stated errors: check the model,";
+        let only = "the model misses frequencies by 0.6 % (rms), 12 times their stated errors: check";
         assert!(words.starts_with(only), "{words}");
         assert_eq!(FarOff::by([&[], &[]], [9.0, 9.0]), None);
     }

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 /// What the data still ask for after a model.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Missing {
     /// How many terms were tried.
     pub tried: usize,
@@ -17,7 +17,7 @@ pub struct Missing {
 }
 
 /// Terms that these data cannot tell apart.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Family {
     /// The most probable term at the most probable place.
     pub first: Asked,
@@ -35,7 +35,7 @@ pub struct Family {
 }
 
 /// A term with what the data say of it. It describes what is missing, and is no cause.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Asked {
     /// What it does.
     pub effect: String,
@@ -74,7 +74,7 @@ impl Asked {
 }
 
 /// The model that goes on from a stage, point by point.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Checks {
     /// The best other model, if one could be fitted.
     pub rival: Option<String>,
@@ -121,19 +121,35 @@ impl Checks {
             let times = (*count as f64 / chi_squared).sqrt();
             if p < Self::NEVER {
                 return Some(format!(
-                    "the {what} lie farther from the model than noise and stated errors allow: chi squared {chi_squared:.1} of {count} numbers (p < {:.3}); the evidence and \
-                     deviations below count on these: let a noise that is stated float, look at the points that the page marks, and at what is stated of T_amb and factors",
+                    "the {what} lie farther from the model than noise and stated errors allow: chi-squared {chi_squared:.1} of {count} numbers (p < {:.3}); the evidence \
+                     and all standard deviations of this stage count on these: let a stated noise float, and check the points that the page marks and the errors stated for T_amb and factors",
                     p + 5e-4
                 ));
             }
             (p > 1.0 - Self::NEVER && times > TOO_LARGE).then(|| {
                 format!(
-                    "the {what} lie nearer to the model than their stated noise lets them: chi squared {chi_squared:.1} of {count} numbers, as if standard deviations were \
-                     stated {times:.1} times too large; those of parameters are too large with them, and models that the data tell apart look alike"
+                    "the stated noise of the {what} is about {times:.1} times too large: chi-squared {chi_squared:.1} of {count} numbers; the standard deviations of \
+                     parameters are therefore too large, and differences of evidence too small"
                 )
             })
         };
         self.sums.iter().filter_map(one).collect()
+    }
+
+    /// That what is missing leaves most of the residuals beyond their noise as they are, in a sentence without
+    /// its stop: half of what chi squared has above its mean is the gain that would explain them.
+    #[must_use]
+    pub fn unexplained(&self, missing: &Missing) -> Option<String> {
+        let too_large = self.sums.iter().filter(|s| s.probability.is_some_and(|p| p < Self::NEVER));
+        let beyond: f64 = too_large.map(|s| 0.5 * (s.chi_squared - s.count as f64)).sum();
+        let asked = missing.families.iter().take_while(|f| f.beyond.1 <= Missing::CHANCE);
+        let gain: f64 = asked.map(|f| f.beyond.0).sum();
+        (gain > 0.0 && gain < 0.5 * beyond).then(|| {
+            format!(
+                "such terms explain {gain:.0} of the {beyond:.0} nats by which residuals exceed their noise: points that are off, errors of days, or a noise \
+                 stated too small are as likely as an effect"
+            )
+        })
     }
 }
 
@@ -221,5 +237,28 @@ impl ExactLengths {
             [] => said,
             some => format!("{said}; in {leader}, {}", some.iter().map(moves).collect::<Vec<_>>().join(", ")),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Asked, Checks, Family, Missing, SumCheck};
+
+    #[test]
+    fn exact_terms_that_explain_a_small_part_are_said_to() {
+        let checks = |chi_squared: f64| Checks {
+            sums: vec![SumCheck { what: "a".into(), count: 96, chi_squared, probability: Some(0.0) }],
+            ..Checks::default()
+        };
+        let missing = |gain: f64| {
+            let first = Asked { gain, ..Asked::default() };
+            let family = Family { first, beyond: (gain, 0.001), ..Family::default() };
+            Missing { families: vec![family], ..Missing::default() }
+        };
+        // Half of 1011 - 96.
+        let said = checks(1011.0).unexplained(&missing(12.3)).unwrap();
+        assert!(said.starts_with("such terms explain 12 of the 458 nats"), "{said}");
+        assert_eq!(checks(1011.0).unexplained(&missing(300.0)), None);
+        assert_eq!(checks(110.0).unexplained(&missing(12.3)), None);
     }
 }

@@ -24,19 +24,25 @@ impl Run {
     }
 
     fn bent_from(&self, before: &Stage, chosen: &Chosen, found: &Chosen) -> Option<String> {
-        let names: Vec<&str> = chosen.assembly.parameters().iter().map(|p| p.name.as_str()).collect();
+        let own = chosen.assembly.parameters();
+        let names: Vec<&str> = own.iter().map(|p| p.name.as_str()).collect();
         // By the maximum that the model stands on.
         let known =
             found.known.iter().find(|known| names.iter().all(|n| known.names.iter().any(|k| k == n)))?;
         let (mut from, mut to) = (Vec::new(), Vec::new());
-        for (name, at) in names.iter().zip(&chosen.trained.values) {
+        for (name, p) in names.iter().zip(own) {
             let handed = known.mean[known.names.iter().position(|k| k == name)?];
             let here = found.trained.parameters.iter().position(|p| p.name == *name)?;
-            from.push((*name, handed - at));
-            to.push((*name, found.trained.values[here] - at));
+            from.push(p.working(handed));
+            to.push(p.working(found.trained.values[here]));
         }
+        if from.iter().chain(&to).any(|z| !z.is_finite()) {
+            return None;
+        }
+        // Straight where the Gaussian is one: in the coordinates of the priors.
         let between = |share: f64| -> Vec<(&str, f64)> {
-            from.iter().zip(&to).map(|((name, a), (_, b))| (*name, a + share * (b - a))).collect()
+            let at = |i: usize| own[i].physical(from[i] + share * (to[i] - from[i]))[0];
+            (0..own.len()).map(|i| (names[i], at(i) - chosen.trained.values[i])).collect()
         };
         let at = |share: f64| self.predicted(&self.study, before, chosen, &between(share), 1.0).ok();
         let (first, near, last) = (at(0.0)?, at(STEP)?, at(1.0)?);
@@ -45,8 +51,8 @@ impl Run {
         let size = chosen.trained.linear.0.size_of(&bent).sqrt();
         (size > BENT).then(|| {
             format!(
-                "stage `{}` handed its posterior on as a Gaussian, which does not hold at these values: its data are predicted {size:.0} sd from where it takes \
-                 them to be; train its points in one stage with these",
+                "the Gaussian posterior of stage `{}` does not hold at these values: there its predictions of that stage's data are wrong by {size:.0} sd; train the \
+                 points of both stages in one stage",
                 before.id
             )
         })

@@ -5,8 +5,8 @@
 //! itself; to first order that is data that read -g d more. Parameters follow and errors of the data count as
 //! at the fit, and noise that floats is chosen again ([`rijke_inference::Linearised::moved_with_noise`]):
 //! that is what ln evidence changes by, and the lead over the next model by the difference of the two.
-//! Earlier stages would have found other values with the length: by how much their parameters move, and with
-//! them the means from which this stage starts, goes through g. Places of microphones are asked about in
+//! Earlier stages would have found other values with the length: by how much their parameters, channels and
+//! shared errors move, and with them the means from which this stage starts, goes through g. Places of microphones are asked about in
 //! stages that stand alone: they may make an earlier stage choose another model (docs/records/designs.md).
 
 use super::course::{Chosen, Run};
@@ -66,16 +66,27 @@ impl Run {
             let (mut drift, mut found): (Vec<(&str, f64)>, _) = (Vec::new(), Vec::new());
             for (k, ((stage, chosen), here)) in chain.iter().zip(&stated).enumerate() {
                 let there = self.predicted(study, stage, chosen, &drift, step)?;
-                let less: Vec<f64> =
-                    there.iter().zip(here).map(|(there, here)| (here - there) / step).collect();
+                let trained = &chosen.trained;
+                // Errors that all installations share and channels start from what earlier stages found, too.
+                let slope = |j: usize| {
+                    let p = &trained.parameters[j];
+                    p.physical(p.working(trained.values[j]))[1]
+                };
+                let shared = |j: usize| {
+                    let known = drift.iter().find(|(name, _)| *name == trained.parameters[j].name);
+                    known.filter(|_| j >= trained.own).map_or(0.0, |(_, by)| by / slope(j))
+                };
+                let shared: Vec<f64> = (0..trained.parameters.len()).map(shared).collect();
+                let by_these = trained.linear.0.predicts(&shared);
+                let less: Vec<f64> = (there.iter().zip(here).zip(&by_these))
+                    .map(|((there, here), more)| (here - there) / step - more)
+                    .collect();
                 if k + 2 >= chain.len() {
                     found.push(less);
                     continue;
                 }
-                let trained = &chosen.trained;
-                for (j, z) in trained.linear.0.moved(&less).step.iter().enumerate().take(trained.own) {
-                    let p = &trained.parameters[j];
-                    let moved = z * p.physical(p.working(trained.values[j]))[1];
+                for (j, z) in trained.linear.0.moved(&less).step.iter().enumerate() {
+                    let (p, moved) = (&trained.parameters[j], z * slope(j));
                     match drift.iter_mut().find(|(name, _)| *name == p.name) {
                         Some((_, known)) => *known += moved,
                         None => drift.push((&p.name, moved)),

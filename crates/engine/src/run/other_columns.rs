@@ -86,7 +86,7 @@ impl Run {
         }
         Ok(best.map(|(slip, gain)| {
             let said = slip.said(&self.study.campaign);
-            format!("this model gains {gain:.1} nats if {said}: look whether they should be")
+            format!("this model gains {gain:.1} nats if {said}: check which is right")
         }))
     }
 

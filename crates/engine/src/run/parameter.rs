@@ -3,7 +3,7 @@
 use crate::Trained;
 use rijke_inference::Prior;
 use rijke_numerics::Matrix;
-use rijke_numerics::words::{fixed, quantity, with_sd};
+use rijke_numerics::words::{fixed, quantity, rounded, with_sd};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 
@@ -20,6 +20,10 @@ pub struct TrainedParameter {
     pub value: f64,
     /// Standard deviation.
     pub sd: f64,
+    /// Between which values it lies with a probability of 68 %, where one of them is much farther from the
+    /// most probable value than the other; none where `sd` says as much.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub interval: Option<[f64; 2]>,
     /// How many standard deviations of its prior, as its candidate states it, the value lies from the prior's
     /// mean; none for a prior that is not normal.
     pub prior_sds: Option<f64>,
@@ -43,11 +47,21 @@ pub(super) const UNIDENTIFIED: f64 = 0.9;
 /// Standard deviations of its prior beyond which a parameter contradicts what was known before.
 const CONFLICT: f64 = 4.0;
 
+/// Distances of the ends of an interval from the value, their difference over their sum, from which a standard
+/// deviation alone is no description: two of it reach beyond a bound of 0 for a logarithm known to 0.5.
+const SKEWED: f64 = 0.1;
+
 /// Correlation from which two parameters are said to be told together.
 const TIED: f64 = 0.9;
 
 impl TrainedParameter {
-    pub(crate) fn of(p: &rijke_inference::Parameter, value: f64, sd: f64) -> Self {
+    /// From the most probable `value` and the standard deviation `to_first_order` about it.
+    pub(crate) fn of(p: &rijke_inference::Parameter, value: f64, to_first_order: f64) -> Self {
+        let sd = p.sd_about(value, to_first_order);
+        let interval = Some(p.interval_about(value, to_first_order)).filter(|[low, high]| {
+            let skewed = (low + high - 2.0 * value).abs() > SKEWED * (high - low);
+            skewed && low.is_finite() && high.is_finite()
+        });
         let prior_sds = match p.prior {
             Prior::Normal { mean, sd } => Some((value - mean) / sd),
             _ => None,
@@ -66,7 +80,7 @@ impl TrainedParameter {
             Prior::Flat => None,
         };
         let narrowed = prior_sd.map(|prior| sd / prior);
-        Self { name, symbol, unit, value, sd, prior_sds, narrowed, averaged: None, tied: None }
+        Self { name, symbol, unit, value, sd, interval, prior_sds, narrowed, averaged: None, tied: None }
     }
 
     /// Notes the strongest correlations among parameters, of which `covariance` is, in any units.
@@ -89,7 +103,16 @@ impl TrainedParameter {
             format!("; {} averaged over what earlier stages leave open", with_sd(value, sd))
         });
         let value = quantity(self.value, self.sd, &self.unit);
-        format!("{} = {value}{}{averaged}", self.name, self.tied_words())
+        format!("{} = {value}{}{}{averaged}", self.name, self.interval_words(), self.tied_words())
+    }
+
+    /// The interval in words, to follow its value; nothing where the standard deviation says as much.
+    #[must_use]
+    pub fn interval_words(&self) -> String {
+        self.interval.map_or_else(String::new, |ends| {
+            let [low, high] = ends.map(rounded);
+            format!(" (68 % between {low} and {high})")
+        })
     }
 
     /// The correlation in words, to follow its value; nothing where there is none.
@@ -119,10 +142,11 @@ pub(super) fn parameters(
     trained: &Trained,
     of_the_model: &[rijke_inference::Parameter],
 ) -> Vec<TrainedParameter> {
-    let numbers = trained.values.iter().zip(trained.sd());
-    let record =
-        |(p, (&value, sd)): (&rijke_inference::Parameter, (&f64, f64))| TrainedParameter::of(p, value, sd);
-    let mut all: Vec<TrainedParameter> = of_the_model.iter().zip(numbers).map(record).collect();
+    let record = |(i, p): (usize, &rijke_inference::Parameter)| {
+        TrainedParameter::of(p, trained.values[i], trained.covariance[(i, i)].sqrt())
+    };
+    let known = of_the_model.iter().take(trained.values.len());
+    let mut all: Vec<TrainedParameter> = known.enumerate().map(record).collect();
     TrainedParameter::tie(&mut all, &trained.covariance);
     all
 }
@@ -141,6 +165,15 @@ mod tests {
         assert!(!of(0.3, 0.5).is_as_before());
         let far = of(-7.1, 0.95);
         assert_eq!((far.conflict(), far.is_as_before()), (Some(7.1), false));
+    }
+
+    #[test]
+    fn exact_a_wide_logarithm_is_told_by_an_interval() {
+        let prior = Prior::LogNormal { median: 1.0, ln_sd: 1.0 };
+        let of = |sd: f64| TrainedParameter::of(&Parameter::new("a", "a", "1", prior), 0.5, sd);
+        // The logarithm is known to 0.8: 0.5/e^0.8 and 0.5 e^0.8.
+        assert_eq!(of(0.4).words(), "a = 0.50 +- 0.40 (68 % between 0.225 and 1.11)");
+        assert_eq!(of(0.05).words(), "a = 0.500 +- 0.050");
     }
 
     #[test]

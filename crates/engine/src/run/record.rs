@@ -192,22 +192,7 @@ impl StageRecord {
     /// were carried on, or none had to be.
     #[must_use]
     pub fn not_carried(&self) -> Option<String> {
-        let best = self.models.iter().map(ModelRecord::ln_evidence).fold(f64::NEG_INFINITY, f64::max);
-        let open = |m: &&&ModelRecord| m.ln_evidence() >= best - self.decides;
-        let left = |m: &&&ModelRecord| self.carried.iter().all(|c| c.id != m.id);
-        let all = self.by_evidence();
-        let lost: Vec<&str> = all.iter().filter(open).filter(left).map(|m| m.id.as_str()).collect();
-        let (first, many) = (lost.first()?, lost.len());
-        (!self.carried.is_empty()).then(|| {
-            format!(
-                "{many} more {} within {} nats of the best and {} not carried on, because only the best {} are; the first is {first}: averages leave \
-                 them out, and `rijke search` weighs all",
-                if many == 1 { "lies" } else { "lie" },
-                self.decides,
-                if many == 1 { "was" } else { "were" },
-                self.carried.len()
-            )
-        })
+        not_carried(&self.models, &self.carried, self.decides)
     }
 
     /// The best other model than the one that goes on, and by how many nats it lies behind that one; none
@@ -266,4 +251,21 @@ impl MeasuredRecord {
 
 pub(super) fn misfit(trained: &Trained) -> [f64; 3] {
     Misfit::of(&trained.noise).measured
+}
+/// As [`StageRecord::not_carried`].
+pub(super) fn not_carried(models: &[ModelRecord], carried: &[CarriedOn], decides: f64) -> Option<String> {
+    let best = models.iter().map(ModelRecord::ln_evidence).fold(f64::NEG_INFINITY, f64::max);
+    let lost = |m: &&ModelRecord| m.ln_evidence() >= best - decides && carried.iter().all(|c| c.id != m.id);
+    let mut lost: Vec<&ModelRecord> = models.iter().filter(lost).collect();
+    lost.sort_by(|a, b| b.ln_evidence().total_cmp(&a.ln_evidence()));
+    let (first, many) = (&lost.first()?.id, lost.len());
+    (!carried.is_empty()).then(|| {
+        format!(
+            "{many} more {} within {decides} nats of the best and {} not carried on, because only the best {} are; the first is {first}: averages leave \
+             them out, and `rijke search` weighs all",
+            if many == 1 { "lies" } else { "lie" },
+            if many == 1 { "was" } else { "were" },
+            carried.len()
+        )
+    })
 }

@@ -37,8 +37,8 @@ impl Run {
         let (label, point, more) = (&o.mode.label, &o.conditions.id, jumps.count());
         let more = if more > 0 { format!(", and {more} more like this") } else { String::new() };
         Some(format!(
-            "the labels of modes jump: mode `{label}` of point {from}, followed to {point}, is the one labelled `{other}` there{more}; predictions between \
-             points follow the mode, so give one mode one label at all points"
+            "labels of modes are inconsistent: mode `{label}` of point {from}, followed to {point}, is the one labelled `{other}` there{more}; give each mode one \
+             label at all points, because predictions follow the mode"
         ))
     }
 }

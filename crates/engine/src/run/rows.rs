@@ -117,7 +117,8 @@ impl Run {
             None => Vec::new(),
         };
         let (fitted, shapes) = self.fitted(stage, &found, &record.predicted);
-        let mut doubts = doubts(&found.observed, &fitted, record.misfit, floats(&trained.noise));
+        let vary = stage.noise.installation.is_some() || !stage.noise.varying.is_empty();
+        let mut doubts = doubts(&found.observed, &fitted, record.misfit, floats(&trained.noise), vary);
         let beyond = models
             .iter()
             .filter(|_| assembly.has_tables())
@@ -331,7 +332,7 @@ fn idle_laws(assembly: &Assembly, values: &[f64], models: &[Solved<'_>]) -> Opti
     let said: Vec<String> = idle.into_iter().filter(|law| !meant(law)).map(said).collect();
     (!said.is_empty()).then(|| {
         format!(
-            "{} is 0 at every point, so that it changes nothing: look at its place and its factors",
+            "{} is 0 at every point and has no effect; check its place and the factors in its formula",
             few(&said, 4)
         )
     })

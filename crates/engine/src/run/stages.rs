@@ -5,7 +5,7 @@ use super::compete::{best_of, goes_on, with_later};
 use super::course::{Beside, Done, Run, Trusted};
 use super::far::FarOff;
 use super::inputs::selected;
-use super::record::{CarriedOn, MeasuredRecord, ModelRecord, StageRecord};
+use super::record::{CarriedOn, MeasuredRecord, ModelRecord, StageRecord, not_carried};
 use crate::EngineError;
 use crate::rows::{Choice, Row};
 use rijke_study::plan::Stage;
@@ -79,7 +79,9 @@ impl Run {
         if let Some(goes_on) = results[next].1.clone() {
             let rows = results.into_iter().filter_map(|(model, found)| Some((model, found?))).collect();
             let beside = goes_on.beside.as_ref().map(|said| format!("In stage \"{}\", {said}", stage.title));
-            let assumes = assumes.iter().cloned().chain(own).chain(beside).collect();
+            let lost = not_carried(&models, &carried, stage.decides);
+            let lost = lost.map(|said| format!("Of the models of stage \"{}\", {said}", stage.title));
+            let assumes = assumes.iter().cloned().chain(own).chain(lost).chain(beside).collect();
             let open = open_beside(&chosen, &carried);
             let odds = |b: &Beside| open.iter().find(|(_, c)| c.id == b.on).map(|(odds, _)| odds * b.odds);
             let beside = trained.into_iter().filter_map(|b| Some(Beside { odds: odds(&b)?, ..b })).collect();

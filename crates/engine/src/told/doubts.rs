@@ -12,8 +12,8 @@ pub fn reasons(remark: &Option<String>) -> impl Iterator<Item = &str> {
 pub fn not_identified(p: &TrainedParameter, missed: bool, tell: &dyn Tell) {
     if p.is_as_before() {
         tell.say(match missed {
-            true => format!("          beside so large a misfit these data tell nothing of {}: it is as its prior, which may be what is wrong", p.name),
-            false => format!("          not identified by these data: {} is as its prior", p.name),
+            true => format!("          the misfit is so large that these data determine nothing about {}: its posterior is its prior, which may be wrong", p.name),
+            false => format!("          not identified by these data: the posterior of {} is its prior", p.name),
         });
     }
 }
@@ -22,7 +22,7 @@ pub fn not_identified(p: &TrainedParameter, missed: bool, tell: &dyn Tell) {
 pub fn warn_of_prior(p: &TrainedParameter, tell: &dyn Tell) {
     if let Some(z) = p.conflict() {
         tell.note(format!(
-            "warning: {} lies {z:.1} sd of its prior from what was known before: prior and data contradict each other, or the model is wrong",
+            "warning: {} lies {z:.1} sd of its prior from the prior mean: prior and data contradict each other, or the model is wrong",
             p.name
         ));
     }

@@ -12,7 +12,7 @@ pub fn tell_foresight(study: &Study, stage: &StageForesight, tell: &dyn Tell) {
     tell.say(format!("{} ({})", stage.title, counted(stage.points, "operating point")));
     let grounds = study.plan.stage(&stage.id).map_or_else(Vec::new, |(_, plan)| study.plan.grounds(plan));
     if !grounds.is_empty() {
-        tell.say(format!("  these widths leave out what {} tells", grounds.join(", ")));
+        tell.say(format!("  these ratios leave out what the data of {} add", grounds.join(", ")));
     }
     if stage.observed == Some(0) && !grounds.is_empty() {
         tell.say("  none of them was observed: its modes are predicted, and nothing is trained".to_owned());
@@ -21,7 +21,7 @@ pub fn tell_foresight(study: &Study, stage: &StageForesight, tell: &dyn Tell) {
     }
     if stage.assumed > 0 {
         tell.say(format!(
-            "  the gas at {} of them is not inferred yet: taken as ambient and at rest, so that what depends on heat or flow is not judged",
+            "  the gas at {} of them is not inferred yet and counts as ambient and at rest: parameters that act through heat or flow are not judged",
             stage.assumed
         ));
     }
@@ -31,13 +31,13 @@ pub fn tell_foresight(study: &Study, stage: &StageForesight, tell: &dyn Tell) {
         && shared > 0
     {
         tell.say(format!(
-            "  points of one installation count as independent ({} with several of these): if the rig differs from assembly to assembly, state \
+            "  {} have several of these points, which count as independent: if the rig changes from assembly to assembly, state \
              `installation` in [stage.noise]",
             counted(shared, "installation")
         ));
     }
     if study.plan.stage(&stage.id).is_some_and(|(_, plan)| plan.base_errors) {
-        tell.say("  these widths leave out the errors of the gas, which training counts: the posterior can be several times wider".to_owned());
+        tell.say("  these ratios leave out the errors of the gas; `rijke rank` counts them, and its posterior can be several times wider".to_owned());
     }
     let doubled: BTreeSet<&String> = stage.models.iter().flat_map(|m| &m.doubled).collect();
     doubled.into_iter().for_each(|said| tell.note(format!("warning: {said}")));
@@ -49,7 +49,10 @@ pub fn tell_foresight(study: &Study, stage: &StageForesight, tell: &dyn Tell) {
         let widths = model.widths.iter().map(|(name, w)| width((name, w))).collect::<Vec<_>>().join(", ");
         tell.say(match model.widths.is_empty() {
             true => format!("  {}: no parameters", model.id),
-            false => format!("  {}: posterior sd over prior sd: {widths}", model.id),
+            false => format!(
+                "  {}: sd after these data over sd of the prior (1: not determined): {widths}",
+                model.id
+            ),
         });
         for (direction, share) in &model.unidentified {
             tell.say(format!(

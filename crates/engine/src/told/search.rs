@@ -51,7 +51,7 @@ impl SearchRecord {
     pub fn tell_counts(&self, tell: &dyn Tell) {
         let (left, lost) = (self.left(), self.lost());
         tell.say(format!(
-            "{} combinations over {}: {} trained to the end, {left} given up before, {lost} not fitted; {} of {} models trained",
+            "{} combinations over {}: {} trained completely, {left} pruned, {lost} could not be fitted; {} of {} models trained",
             self.combinations,
             self.stages.join(", "),
             self.best.len(),
@@ -86,8 +86,8 @@ impl SearchRecord {
         });
         if let Some(within) = self.within.filter(|_| left > 0) {
             tell.say(format!(
-                "pruned at {within} nats: at most {:.1e} of the probability, if no pruned model gains more from later candidates than those that were \
-                 followed gained (docs/search.md)",
+                "pruning at {within} nats discards at most {:.1e} of the probability, provided that no pruned model gains more in later stages than those that \
+                 were followed (docs/search.md)",
                 self.given_up_at_most
             ));
         }

@@ -44,12 +44,12 @@ pub fn tell_stage(stage: &StageRecord, tell: &dyn Tell) {
             let (leader, lead) = if behind < 0.0 { (other, -behind) } else { (model, behind) };
             let right = if behind < 0.0 { model.id.as_str() } else { "it" };
             tell.say(format!(
-                "      not decided: {} leads by {lead:.1} nats, fewer than the {:.1} that decide; the numbers below hold if {right} is right",
+                "      not decided: {} leads by {lead:.1} nats, and {:.1} would decide; the numbers below hold only if {right} is right",
                 leader.id, stage.decides
             ));
         }
         for assumed in &stage.assumes {
-            tell.say(format!("      these numbers stand on a choice that is not decided. {assumed}."));
+            tell.say(format!("      these numbers depend on an undecided choice. {assumed}."));
         }
         // What a search leaves of a noise that the data choose to be none.
         let size = |k: usize| Some(model.misfit[k].abs()).filter(|v| *v >= NO_MISFIT[k]).unwrap_or(0.0);
@@ -85,13 +85,15 @@ pub fn tell_stage(stage: &StageRecord, tell: &dyn Tell) {
     }
     if let Some(missing) = &stage.missing {
         still_asked(missing, tell);
+        let unexplained = stage.checks.as_ref().and_then(|checks| checks.unexplained(missing));
+        unexplained.iter().for_each(|said| tell.say(format!("      {said}")));
     }
 }
 
 /// What later stages make of the models that a stage leaves open.
 fn carried_on(stage: &StageRecord, tell: &dyn Tell) {
     if !stage.carried.is_empty() {
-        tell.say("      not decided here; evidence of this and all later stages, with the best later models in brackets:".to_owned());
+        tell.say("      not decided by this stage alone; evidence of this and all later stages together, with the best later models in brackets:".to_owned());
     }
     for (open, nats) in stage.carried_below_best() {
         let later: Vec<&str> = open.later.iter().map(|l| l.model.as_str()).collect();
@@ -110,14 +112,14 @@ fn still_asked(missing: &Missing, tell: &dyn Tell) {
     let tried = missing.tried;
     if first.first.probability > Missing::CHANCE {
         tell.say(format!(
-            "      missing: nothing beyond chance; the best of {tried} terms is {} (p = {:.2})",
+            "      missing: no further term is significant; the best of {tried} that were tried is {} (p = {:.2} by chance)",
             first.first.words(),
             first.first.probability
         ));
         return;
     }
     tell.say(
-        "      the data ask for more than this model; the deviations above take it for complete:".to_owned(),
+        "      the data require a further term; the standard deviations above assume a complete model, and are too small:".to_owned(),
     );
     for (k, family) in
         missing.families.iter().take(2).enumerate().filter(|(_, f)| f.beyond.1 <= Missing::CHANCE)
@@ -131,11 +133,11 @@ fn still_asked(missing: &Missing, tell: &dyn Tell) {
             quantity(*value, *sd, unit),
             match family.like.len() {
                 0 => format!(
-                    "the data tell it from the other {} terms that were tried",
+                    "the data distinguish it from the other {} terms that were tried",
                     tried.saturating_sub(1)
                 ),
-                1 => format!("the data cannot tell it from one of the {tried} terms that were tried"),
-                like => format!("the data cannot tell it from {like} of the {tried} terms that were tried"),
+                1 => format!("the data cannot distinguish it from one of the {tried} terms that were tried"),
+                like => format!("the data cannot distinguish it from {like} of the {tried} terms that were tried"),
             }
         ));
     }

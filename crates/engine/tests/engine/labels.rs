@@ -42,6 +42,6 @@ fn message_labels_that_jump_are_named() {
     assert!(!same.as_ref().is_some_and(|said| said.contains("jump")), "{same:?}");
     // By the order of frequency, where the first mode was not heard at the second point.
     let jump = remark("jump", [[1, 2], [2, 3], [1, 2]]).unwrap();
-    let wanted = "the labels of modes jump: mode `1` of point b, followed to a, is the one labelled `2` there, and 2 more like this";
+    let wanted = "labels of modes are inconsistent: mode `1` of point b, followed to a, is the one labelled `2` there, and 2 more like this";
     assert!(jump.contains(wanted), "{jump}");
 }

@@ -182,7 +182,7 @@ fn exact_a_duct_is_there_where_its_factor_says() {
         TUBE.replace("type = \"duct\"", "present = \"spool\"\ntype = \"duct\"").replace("\"x\"", "1.0");
     let study = opened("nothing", &only, &table("0"));
     let said = study.rig.at(&study.campaign.points[0], 293.15).unwrap_err().to_string();
-    assert!(said.contains("look at the factors that their `present` names"), "{said}");
+    assert!(said.contains("check the factors that their `present` names"), "{said}");
 }
 
 /// Lengths add up to a place only up to rounding: 0.3 + 0.15 is less than 0.45 by one bit, 0.1 + 0.2 more

@@ -130,7 +130,7 @@ impl Ramp {
             }
             if let Some(begin) = ramp.log.first().filter(|first| time - first.time > LONGEST) {
                 let message = format!(
-                    "{time:e} s is {:.3e} s after the first row of ramp `{}`, and a run lasts no longer than {LONGEST:.0e} s: look at the unit of the times",
+                    "{time:e} s is {:.3e} s after the first row of ramp `{}`, and a run lasts no longer than {LONGEST:.0e} s: check the unit of the times",
                     time - begin.time,
                     ramp.id
                 );
@@ -253,7 +253,7 @@ mod tests {
             ("plates", "a,950,0,C2-25\n", "`C2-25`"),
             ("watts", "a,950,-3,\n", "950 s, -3 W: give a finite time"),
             ("late", "a,1e95,30,\n", "ramps.csv:4:1: 1e95 s is 1.000e95 s after the first row of ramp `a`"),
-            ("days", "a,400001,30,\n", "a run lasts no longer than 4e5 s: look at the unit"),
+            ("days", "a,400001,30,\n", "a run lasts no longer than 4e5 s: check the unit"),
             ("number", "a,noon,30,\n", "ramps.csv:4:1: "),
             ("empty", "b,950,30,\n", "ramps.csv: ramp `b`: is empty; give at least one row with a `point`"),
         ] {

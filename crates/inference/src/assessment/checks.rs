@@ -49,7 +49,7 @@ impl Posterior<'_> {
             // Without numbers of its own, so that models of the same data say the same.
             let noise = few.join(" and ");
             health.warnings.push(format!(
-                "the noise of {noise} is hardly determined: there are no more of these data than of parameters that they determine"
+                "the noise of {noise} can hardly be estimated: the parameters use up these data"
             ));
         }
     }

@@ -108,7 +108,7 @@ impl Health {
         let gap = found.ln_marginal - ln_marginal;
         if !found.good() {
             self.warnings.push(format!(
-                "the posterior is not near its Gaussian: Pareto k-hat {:.2} above {:.2}",
+                "importance sampling cannot confirm the evidence, because the posterior is not close to its Gaussian (Pareto k-hat {:.2}, limit {:.2})",
                 found.k_hat,
                 found.k_limit()
             ));

@@ -28,6 +28,22 @@ impl Linearised {
         }
     }
 
+    /// What every datum is predicted to read more after a step of the parameters in working coordinates, F d.
+    ///
+    /// # Panics
+    /// Unless `step` has a number for each parameter.
+    #[must_use]
+    pub fn predicts(&self, step: &[f64]) -> Vec<f64> {
+        // F S = C (C^-1 F S), and S x = d by substitution: S' is lower triangular.
+        let p = step.len();
+        let mut x = step.to_vec();
+        for i in (0..p).rev() {
+            let known: f64 = (i + 1..p).map(|j| self.root[(j, i)] * x[j]).sum();
+            x[i] = (x[i] - known) / self.root[(i, i)];
+        }
+        self.with_covariance(&self.learnt.times(&x))
+    }
+
     /// The square of a change of the data in standard deviations of their noise as fitted, d' C^-1 d.
     #[must_use]
     pub fn size_of(&self, change: &[f64]) -> f64 {

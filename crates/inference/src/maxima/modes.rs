@@ -74,6 +74,12 @@ impl OtherMaximum {
     pub fn is_heavy(&self) -> bool {
         self.ln_marginal.is_some() && -self.below > MODE_LIMIT
     }
+
+    /// Whether a parameter of it lies outside of what the best maximum leaves open.
+    #[must_use]
+    pub fn is_elsewhere(&self) -> bool {
+        self.apart.first().is_some_and(|first| first.sds > APART)
+    }
 }
 
 /// "another maximum at tau = 0.0093 s (best 0.0031 s), 29.0 nats lower".

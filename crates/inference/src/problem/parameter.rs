@@ -104,6 +104,16 @@ impl Parameter {
         if sd.is_finite() { sd.min(to_first_order) } else { to_first_order }
     }
 
+    /// The values between which the physical one lies with a probability of 68 %, for a posterior that is
+    /// Gaussian in the working coordinate with the standard deviation `to_first_order` about `value`: never
+    /// beyond a bound.
+    #[must_use]
+    pub fn interval_about(&self, value: f64, to_first_order: f64) -> [f64; 2] {
+        let z = self.working(value);
+        let width = to_first_order / self.physical(z)[1];
+        [z - width, z + width].map(|z| self.physical(z)[0])
+    }
+
     /// The working coordinate of a physical value; not finite at or beyond a bound.
     #[must_use]
     pub fn working(&self, value: f64) -> f64 {

@@ -185,7 +185,7 @@ fn exact_failures_are_rows_or_errors_never_numbers() {
     let one = Linear(Matrix::identity(1));
     let posterior = Posterior::new(&one, &data, &parameters).unwrap();
     let found = posterior.assess(&AssessOptions::default()).unwrap();
-    warned(&found, "the noise of 'noise' (1 data) is hardly determined");
+    warned(&found, "the noise of 'noise' (1 data) can hardly be estimated");
 
     let flat = Parameters::new(vec![Parameter::new("a", "a", "1", Prior::Flat)]).unwrap();
     let data = Data::new(vec![observation()], vec![NoiseGroup::fixed("noise", "1", 0.1)]).unwrap();

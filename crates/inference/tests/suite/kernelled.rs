@@ -178,5 +178,5 @@ fn message_a_noise_of_few_data_is_hardly_determined() {
     let options = AssessOptions { random_starts: 0, draws: 100, ..AssessOptions::default() };
     let words = assess(&ringing_model(), &data, &unknowns(), &options).unwrap().health.warnings.join("; ");
     // A misfit and its length act on all data.
-    assert!(words.contains("the noise of 'more noise' (1 data) is hardly determined"), "{words}");
+    assert!(words.contains("the noise of 'more noise' (1 data) can hardly be estimated"), "{words}");
 }

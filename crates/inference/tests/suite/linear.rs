@@ -168,6 +168,12 @@ fn exact_other_data_move_a_linear_model_as_a_new_fit() {
         let step: f64 = (0..m).map(|i| 0.25 * x[(i, k)] * pull[i]).sum();
         assert_relative_eq!(moved.step[k], step, epsilon = 1e-9);
     }
+    // The model is linear in its working coordinates.
+    let step = [0.3, -0.2, 0.1, 0.05];
+    for (i, more) in linear.predicts(&step).into_iter().enumerate() {
+        let expected: f64 = (0..4).map(|k| x[(i, k)] * step[k]).sum();
+        assert_relative_eq!(more, expected, epsilon = 1e-9);
+    }
 }
 
 /// With the noise known, a further direction gains what the closed form of both evidences says.

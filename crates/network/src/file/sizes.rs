@@ -69,7 +69,7 @@ impl Sizes {
             if self.freezes && !(low..=high).contains(&value) {
                 let what =
                     format!("{what} is {}{unit}, and gases have {low} to {high}{unit}", rounded(value));
-                all.push(Warning::range(head, what, "look after the decimal point and the unit"));
+                all.push(Warning::range(head, what, "check the decimal point and the unit"));
             }
         }
         for Placed { item, element, x, .. } in placed {

@@ -78,7 +78,7 @@ pub enum Warning {
     },
     /// The neck of a resonator wider than the duct it stands on.
     #[error(
-        "line {line}: {place}: neck_area is {neck} m^2, more than the {duct:.3e} m^2 of the duct there: look at its unit"
+        "line {line}: {place}: neck_area is {neck} m^2, more than the {duct:.3e} m^2 of the duct there: check its unit"
     )]
     Neck {
         /// Line in the file.

@@ -3,6 +3,7 @@
 use super::numbers::{chance, with_uncertainty};
 use rijke_draw::html;
 use rijke_engine::run::{Family, Missing, StageRecord};
+use rijke_numerics::words::capitalised;
 
 /// Members of a family that are named.
 const NAMED: usize = 5;
@@ -58,9 +59,12 @@ pub(super) fn section(stage: &StageRecord) -> String {
         )
     };
     let rows: String = missing.families.iter().map(row).collect();
+    let unexplained = stage.checks.as_ref().and_then(|checks| checks.unexplained(missing));
+    let unexplained =
+        unexplained.map_or_else(String::new, |said| format!("<p>{}.</p>\n", html(&capitalised(&said))));
     format!(
         "<h3 id=\"{}-missing\">What these data still ask for</h3>\n<p>{sentence} A term describes what is missing. It is no cause: the data cannot tell it \
-         from those of its family, and what is there may be in no library.</p>\n<details{}><summary>The terms</summary><div class=\"wide\"><table><thead><tr><th>term</th><th>strength</th><th>gain \
+         from those of its family, and what is there may be in no library.</p>\n{unexplained}<details{}><summary>The terms</summary><div class=\"wide\"><table><thead><tr><th>term</th><th>strength</th><th>gain \
          expected, nats</th><th>beyond the terms above</th><th>by chance</th><th>moves growth rates, 1/s</th><th>moves frequencies, \
          rad/s</th><th>cannot be told from</th></tr></thead><tbody>\n{rows}</tbody></table></div></details>\n",
         stage.id,

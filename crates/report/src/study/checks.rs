@@ -3,6 +3,7 @@
 use super::numbers::chance;
 use rijke_draw::html;
 use rijke_engine::run::{PointCheck, StageRecord, SumCheck};
+use rijke_numerics::words::capitalised;
 use std::collections::BTreeMap;
 
 /// The sums of residuals, and the table of points given all others.
@@ -39,7 +40,8 @@ pub(super) fn section(stage: &StageRecord) -> String {
     } else {
         String::new()
     };
-    let doubts: String = checks.doubts().iter().map(|said| format!("<p>{}.</p>\n", html(said))).collect();
+    let doubts: String =
+        checks.doubts().iter().map(|said| format!("<p>{}.</p>\n", html(&capitalised(said)))).collect();
     format!(
         "{doubts}<p>Sum of squared residuals, in standard deviations of the noise, of how many data: {}. p is the share of data made by this model itself \
          that leave a larger sum after the same fit.</p>\n<details><summary>Each point foreseen from all others</summary><p>ln of \

@@ -149,14 +149,15 @@ pub(super) fn parameter_table(parameters: &[TrainedParameter]) -> String {
         let over = p.averaged.map_or(String::new(), |[value, sd]| with_uncertainty(value, sd));
         let over = if averaged { format!("<td class=\"n\">{over}</td>") } else { String::new() };
         let unit = if p.unit == "1" { "" } else { &p.unit };
-        let tied = p
-            .tied
-            .as_ref()
-            .map_or(String::new(), |_| format!("<br><small>{}</small>", html(p.tied_words().trim())));
+        let small = |words: String| match words.trim() {
+            "" => String::new(),
+            words => format!("<br><small>{}</small>", html(words)),
+        };
+        let (tied, interval) = (small(p.tied_words()), small(p.interval_words()));
         let prior =
             p.prior_sds.map_or(String::new(), |z| format!("{:+.1}", if z.abs() < 0.05 { 0.0 } else { z }));
         format!(
-            "<tr><td>{}</td><td><code>{}</code>{tied}</td><td class=\"n\">{}</td>{over}<td>{}</td><td class=\"n\">{prior}</td></tr>\n",
+            "<tr><td>{}</td><td><code>{}</code>{tied}</td><td class=\"n\">{}{interval}</td>{over}<td>{}</td><td class=\"n\">{prior}</td></tr>\n",
             html(&p.symbol),
             html(&p.name),
             with_uncertainty(p.value, p.sd),

@@ -22,6 +22,7 @@ fn model(id: &str, ln_marginal: f64) -> ModelRecord {
             unit: "1".into(),
             value: 1.01093,
             sd: 0.0018,
+            interval: None,
             prior_sds: Some(5.2),
             narrowed: Some(0.2),
             averaged: Some([1.0234, 0.0061]),

@@ -38,8 +38,7 @@ pub(super) fn table(case: &ModeCase, found: &FoundModes, ui: &Ui) {
     };
     if !lines.is_empty() {
         ui.table(header, lines.iter().map(row));
-        ui.say("The columns between growth and condition are parts of the growth rate, in 1/s; they add up to it. Condition: by how much relative errors \
-             of ducts and coefficients are magnified in s.");
+        ui.say("The columns between growth and condition are parts of the growth rate, in 1/s; they add up to it. Condition: the largest factor by which relative errors of ducts and coefficients are magnified in s.");
         let ruled = lines.iter().filter_map(|l| l.by_the_rule_of_oscilos);
         let ruled: Vec<String> =
             ruled.map(|[frequency, growth]| format!("{frequency:.4} Hz {growth:+.4} 1/s")).collect();
@@ -85,5 +84,5 @@ pub(super) fn advice(modes: usize, advice: &[Advice], ui: &Ui) {
     };
     ui.table(head, advice.iter().map(row));
     let modes = counted(modes, "mode");
-    ui.say(format!("To first order, each change alone, for {modes}. Curves along x: --plot, --along."));
+    ui.say(format!("Each change by itself, to first order, for {modes}. Curves along x: --plot, --along."));
 }

@@ -10,6 +10,7 @@ use rijke_engine::run::{AskedPoint, forecast, nearest, over_map, stability, with
 use rijke_intake::foresee;
 use rijke_numerics::{Failed, write_output};
 use rijke_report::answer_svg;
+use rijke_study::Point;
 use rijke_study::plan::MapQuestion;
 use serde_json::json;
 use std::path::PathBuf;
@@ -105,6 +106,13 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failed> {
         let said = surroundings(asked, &study.campaign.points[*place], like);
         let whose = if map.is_some() { "the map" } else { study.campaign.points[*place].id.as_str() };
         said.iter().for_each(|said| ui.note(format!("{whose}: {said}")));
+    }
+    for place in places.iter().filter(|place| map.is_none() && !asked.is_empty() && **place < measured) {
+        let Point { id, .. } = &study.campaign.points[*place];
+        ui.note(format!(
+            "a condition of --at is point {id} of the campaign: it is predicted there, with the errors of its installation and day as they were found; \
+             give T_amb too for a new installation on another day"
+        ));
     }
     // Where the evidence decides, no other model is open.
     let open = open?;

@@ -96,7 +96,9 @@ fn message_commands_that_cannot_take_both_kinds_of_stages_say_why() {
     let folder = own("chain-refused");
     let (code, said, error) = told(&folder, &["check", "."]);
     assert_eq!(code, Some(0), "{error}");
-    for part in ["law at flame: 31 of 31", "these widths leave out what delays tells", "nothing is trained"] {
+    for part in
+        ["law at flame: 31 of 31", "these ratios leave out what the data of delays add", "nothing is trained"]
+    {
         assert!(said.contains(part), "{part}: {said}");
     }
     for command in ["search", "watch"] {

@@ -180,5 +180,5 @@ fn exact_checks_are_printed_and_are_in_the_json() {
         impossible.contains("delay is -0.00") && impossible.contains("must be zero or more"),
         "{impossible}"
     );
-    assert!(checks.iter().any(|c| c.contains("are missed by")), "{checks:?}");
+    assert!(checks.iter().any(|c| c.contains("the model misses")), "{checks:?}");
 }

@@ -29,7 +29,7 @@ fn exact_bad_samples_are_refused() {
     // A row that was repeated by a slip, more often than there are samples of three days.
     let many = format!("{}\n{}", lines[0], format!("{}\n", lines[1]).repeat(20_001));
     let cases = [
-        (many, [SAMPLES, "20001 samples are more than the 20000", "look whether a row was repeated"]),
+        (many, [SAMPLES, "20001 samples are more than the 20000", "check whether a row was repeated"]),
         (with(1, 0, "7"), [SAMPLES, "the first sample was taken at 7 W", "start with samples at 0 W"]),
         (
             with(5, 1, "-20"),

@@ -336,7 +336,7 @@ fn message_sizes_that_no_rig_has_are_told_and_impossible_ones_refused() {
         ["(flame): delay is 3 s", "if these are ms, write 0.003"],
     );
     let neck = element("type = \"helmholtz\"\nvolume = 1e-3\nneck_area = 2\nneck_length = 0.01");
-    told(neck, ["neck_area is 2 m^2, more than the 1.963e-3 m^2", "look at its unit"]);
+    told(neck, ["neck_area is 2 m^2, more than the 1.963e-3 m^2", "check its unit"]);
     // Said before the search, which may not succeed with such a number.
     let (_, said) = with("type = \"open\"", "type = \"delayed\"\nfactor = -1.0\ndelay = 1.5");
     assert!(said.contains("[downstream]: delay is 1.5 s") && said.contains("write 0.0015"), "{said}");

@@ -80,7 +80,7 @@ fn behaviour_a_study_becomes_a_page_that_says_virtual() {
     assert!(code == Some(2) && refused.contains("`Q` is on an axis of the map"), "{refused}");
     let (_, own) = said(&["--at", "x_g=0.2,Q=30,T_amb=300"]);
     assert!(
-        own.contains("as an error independent of other points; give T_amb_sd in --at for another"),
+        own.contains("and an error independent of other points; give T_amb_sd in --at for another"),
         "{own}"
     );
     let (_, hot) = said(&["--at", "x_g=0.2,Q=30,T_amb=330"]);

@@ -161,7 +161,7 @@ impl HeatedFit {
             let more = if off > 0.0 { "more" } else { "less" };
             all.push(format!(
                 "where nothing heats, the thermometers read {:.2} K {more} than T_amb, {:.0} standard deviations of both but for what they have in \
-                 common: it is taken for their common error; look after their calibration and T_amb",
+                 common: this counts as their common error; check their calibration and T_amb",
                 off.abs(),
                 off.abs() / sd
             ));

@@ -155,8 +155,9 @@ pub fn heated_states(
         let expected = plan.share[0] * watts / (mass_flow * gas.specific_heat);
         if watts > 0.0 && ambient[0] + expected > HOTTEST {
             let key = format!("{} and {} of {}", plan.power, plan.flow, point.id);
-            let value = format!("{watts} W into {} m^3/s, which is {expected:.0} K", value(flow));
-            return Err(StudyProblem::Value { key, value, need: "gas below 3000 K: look after both units" });
+            let value =
+                format!("{watts} W into {} m^3/s, which is {:.0} K", value(flow), ambient[0] + expected);
+            return Err(StudyProblem::Value { key, value, need: "gas below 3000 K: check both units" });
         }
         let diameter = 2.0 * (layout.areas(at)[1] / std::f64::consts::PI).sqrt();
         let perimeter = std::f64::consts::PI * diameter;

@@ -126,7 +126,7 @@ impl Rig {
             end += length;
         }
         if ducts.is_empty() {
-            let need = "at least one of them must be there: look at the factors that their `present` names";
+            let need = "at least one of them must be there: check the factors that their `present` names";
             return Err(StudyProblem::Empty { what: "duct at this point", need });
         }
         numbers[LENGTH] = end;

@@ -141,7 +141,7 @@ impl Sequence {
         let after = |k: usize| trained.parameters[k].physical(working(k) + step[k])[0];
         let parameters = (0..trained.own)
             .map(|k| (&trained.parameters[k], after(k), sd[k]))
-            .map(|(p, value, sd)| TrainedParameter::of(p, value, p.sd_about(value, sd)))
+            .map(|(p, value, sd)| TrainedParameter::of(p, value, sd))
             .collect();
         Ok(Lead { id: model.id.clone(), ln_evidence, parameters })
     }

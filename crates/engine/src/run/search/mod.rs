@@ -95,7 +95,7 @@ impl Search {
         if tree.combinations() == 0 {
             let stage = run.study.plan.stages.last().map(|s| s.id.clone()).unwrap_or_default();
             let problem =
-                "the study allows no combination that reaches it; look at its `compete`, `among` and `rows`"
+                "the study allows no combination that reaches it; check its `compete`, `among` and `rows`"
                     .into();
             return Err(EngineError::Refused { stage, problem });
         }

@@ -115,8 +115,30 @@ fn message_a_bent_posterior_that_was_handed_on_is_said() {
     let stages = ranked(&folder("bent", &law, growth));
     let row = stages[1].models.iter().find(|m| m.id == "x.none").unwrap();
     let said = row.remark.clone().unwrap_or_default();
-    assert!(said.contains("stage `cold` handed its posterior on as a Gaussian"), "{said}");
+    assert!(said.contains("the Gaussian posterior of stage `cold` does not hold"), "{said}");
     assert!(!stages[0].models[0].remark.clone().unwrap_or_default().contains("handed"));
+}
+
+/// The first stage knows the sum of two positive parameters, the second one of them. The sum is straight in
+/// both, and bent in their logarithms, in which the Gaussian is one.
+#[test]
+fn message_a_posterior_that_is_bent_in_the_coordinates_of_its_priors_is_said() {
+    let positive = |name: &str| {
+        format!(
+            "parameters.{name} = {{ symbol = '{name}', unit = '1', prior = {{ log_normal = {{ median = 0.03, ln_sd = 0.7 }} }} }}\n"
+        )
+    };
+    let both = positive("a") + &positive("b");
+    let remark = |name: &str, measured: f64| {
+        let growth = [[growth((1.0_f64 - 0.06).ln()), 0.1], [growth((1.0_f64 - measured).ln()), 0.02]];
+        let stages = ranked(&folder(name, &candidates(&both, "a*(1 - 10*sw) + b"), growth));
+        let row = stages[1].models.iter().find(|m| m.id == "x.none").unwrap();
+        row.remark.clone().unwrap_or_default()
+    };
+    let said = remark("bent-in-logarithms", 0.004);
+    assert!(said.contains("the Gaussian posterior of stage `cold` does not hold"), "{said}");
+    let said = remark("straight-in-logarithms", 0.03);
+    assert!(!said.contains("the Gaussian posterior"), "{said}");
 }
 
 /// Growth rates tell r by c/(L r) at each of two points; a second stage with as many adds as much.

@@ -146,7 +146,7 @@ pub(super) const CASES: [Case; 39] = [
         "report of no study",
         |_| (),
         "report elsewhere",
-        ["elsewhere", "holds no study.toml", "`rijke new DIR --template NAME`"],
+        ["elsewhere", "there is no such folder", "`rijke new DIR --template NAME`"],
     ),
     case(
         "file that does not exist",
@@ -299,6 +299,6 @@ pub(super) const CASES: [Case; 39] = [
         "nothing to run",
         |_| (),
         "run elsewhere",
-        ["elsewhere", "holds no study.toml", "`rijke new DIR --template NAME`"],
+        ["elsewhere", "there is no such folder", "`rijke new DIR --template NAME`"],
     ),
 ];

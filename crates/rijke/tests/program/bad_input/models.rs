@@ -23,8 +23,8 @@ fn plan(folder: &Path, from: &str, to: &str) {
     edit(folder, "data/study.toml", from, to);
 }
 
-pub(super) const CASES: [Case; 30] = [
-    case("no study", |_| (), "rank elsewhere", ["elsewhere", "holds no study.toml", "`rijke new"]),
+pub(super) const CASES: [Case; 31] = [
+    case("no study", |_| (), "rank elsewhere", ["elsewhere", "there is no such folder", "`rijke new"]),
     case(
         "no rig",
         |d| fs::remove_file(d.join("data/rig.toml")).unwrap(),
@@ -42,6 +42,12 @@ pub(super) const CASES: [Case; 30] = [
         |d| own(d, "rho * c", "rho * c0"),
         RANK,
         ["own.toml, line 9", "`c0` is not known", "did you mean `c`"],
+    ),
+    case(
+        "extension of no candidate",
+        |d| own(d, "role = ", "extends = \"rods\"\nrole = "),
+        RANK,
+        ["own.toml, line 1", "there is no candidate for `extends` called `rods`", "known: "],
     ),
     case(
         "formula that ends too soon",
