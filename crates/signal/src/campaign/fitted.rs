@@ -79,7 +79,7 @@ pub(super) fn pairs_in_words(found: &[(&str, [f64; 2])]) -> Option<String> {
     let (pings, hold) = (counted(found.len(), "ping"), if found.len() == 1 { "holds" } else { "hold" });
     Some(format!(
         "{pings} {hold} two modes that are about equally loud, {name} near {taken:.1} and {other:.1} Hz; the louder one, {taken:.1} Hz, is taken. Drive at the \
-         frequency of the wanted one if it is the other, and lest repeats hold now one and now the other"
+         frequency of the one that is wanted: then it is much the louder one in all repeats"
     ))
 }
 
