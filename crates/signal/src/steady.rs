@@ -16,7 +16,8 @@ pub struct SteadyTone {
     pub silence_s: f64,
 }
 
-/// What to do about a tone so far from the mode: within a resolution of the silence it may be the mode itself.
+/// What to do about a tone so far from the mode: within a resolution of the silence it may be the mode
+/// itself.
 fn remedy(apart_hz: f64, silence_s: f64) -> String {
     let remedy = "witch off what makes it, a fan or another machine, or drive the mode louder";
     if apart_hz * silence_s > 1.0 {

@@ -1,5 +1,5 @@
-//! What is known of the noise of a record before it is fitted: from its silence, from what a first fit leaves, or from
-//! its end.
+//! What is known of the noise of a record before it is fitted: from its silence, from what a first fit
+//! leaves, or from its end.
 
 use super::diagnosis;
 use super::fairest::APART_HZ;

@@ -16,8 +16,8 @@ const TOTAL_LIMIT: f64 = 1.35;
 /// allows for.
 const WHOLE_LIMIT: f64 = 0.15;
 const WHOLE_DEVIATIONS: f64 = 5.0;
-/// Length of the stretches in which residuals are compared with each other, s, how many there must be, and the
-/// deviations by which their powers may differ: coloured noise has fewer degrees of freedom than samples.
+/// Length of the stretches in which residuals are compared with each other, s, how many there must be, and
+/// the deviations by which their powers may differ: coloured noise has fewer degrees of freedom than samples.
 const LONG: f64 = 0.08;
 const STRETCHES: usize = 4;
 const ALIKE: f64 = 8.0;
@@ -103,8 +103,8 @@ impl Residue<'_> {
 }
 
 impl Residue<'_> {
-    /// By how much the amplitude of the residuals exceeds that of the noise, if it does so alike in all channels and
-    /// to the end of the record: then it is noise, and the silence was another one. What a fit leaves of a
+    /// By how much the amplitude of the residuals exceeds that of the noise, if it does so alike in all
+    /// channels and to the end of the record: then it is noise, and the silence was another one. What a fit leaves of a
     /// decay dies away with it.
     pub(crate) fn louder(&self) -> Option<f64> {
         let rows = ((LONG / self.step).round() as usize).max(64);
