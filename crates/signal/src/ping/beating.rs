@@ -17,10 +17,10 @@ use std::f64::consts::TAU;
 /// may be noise that rings the other, of which a short silence shows little.
 const LOUD: f64 = 30.0;
 
-/// The last free decay of `white` in which two modes beat, and their frequencies, Hz; the decay only where a
-/// single forcing precedes it. Two modes of amplitudes 1 and r, d apart, beat where
-/// |1 + r e^{i d t}| e^{-a t} grows for a time: where r d exceeds a. A loudspeaker that goes on is none of them: it does not decay as a
-/// mode does.
+/// The last free decay of `white` in which two modes beat, and their frequencies, Hz; the decay only where
+/// a single forcing precedes it. Two modes of amplitudes 1 and r, d apart, beat where |1 + r e^{i d t}|
+/// e^{-a t} grows for a time: where r d exceeds a. A loudspeaker that goes on is none of them: it does not
+/// decay as a mode does.
 pub(super) fn last_beats(
     search: &Search<'_>,
     white: White<'_>,

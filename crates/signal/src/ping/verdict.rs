@@ -104,8 +104,8 @@ impl Residue<'_> {
 
 impl Residue<'_> {
     /// By how much the amplitude of the residuals exceeds that of the noise, if it does so alike in all
-    /// channels and to the end of the record: then it is noise, and the silence was another one. What a fit leaves of a
-    /// decay dies away with it.
+    /// channels and to the end of the record: then it is noise, and the silence was another one. What a fit
+    /// leaves of a decay dies away with it.
     pub(crate) fn louder(&self) -> Option<f64> {
         let rows = ((LONG / self.step).round() as usize).max(64);
         let of = |stretch: &[f64], m: usize| {
