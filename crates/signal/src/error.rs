@@ -3,7 +3,7 @@
 use crate::Channel;
 use crate::readings::TwoReadings;
 use crate::unstable::Unstable;
-use crate::words::{not_free, not_quiet, second_excitation};
+use crate::words::{not_free, not_quiet, second_excitation, strange_reflection};
 
 /// What is wrong with one record. Every variant concerns that record alone: the caller lists it and goes on
 /// with the next. Times are seconds from the first sample of the record.
@@ -152,16 +152,14 @@ pub enum Fault {
         room: f64,
     },
     /// What follows an impulse is no reflection at an open end: the channel nearest that end, the window that
-    /// was fitted before and after the peak, s, and the time between impulse and reflection, s.
-    #[error(
-        "the impulse ({before:.2} ms before to {after:.2} ms after its peak) and its reflection {later:.2} ms later do not fit {0}: use a shorter impulse",
-        before = 1e3 * .1.0, after = 1e3 * .1.1, later = 1e3 * .2
-    )]
-    StrangeReflection(Channel, (f64, f64), f64),
+    /// was fitted before and after the peak, s, the time between impulse and reflection, s, and whether the
+    /// reflection has the sign of the impulse.
+    #[error("{}", strange_reflection(_0, *_1, *_2, *_3))]
+    StrangeReflection(Channel, (f64, f64), f64, bool),
     /// An impulse too near the first or the last sample.
     #[error(
         "the impulse at {channel} comes {:.2} ms after the first sample and {:.2} ms before the last one, and {:.2} ms are needed on \
-         either side. Start the recorder sooner, or let it run for longer",
+         either side. Start the recorder sooner, or let it run for longer; a single short click needs less than one that bounces",
         1e3 * before, 1e3 * after, 1e3 * need
     )]
     ImpulseAtEdge {
@@ -269,7 +267,7 @@ pub enum Fault {
     /// What decays in the band is not what was driven.
     #[error(
         "the loudspeaker drives {driven_hz:.1} Hz, and the strongest decay from {:.0} to {:.0} Hz is at {mode_hz:.1} Hz: state the \
-         band of the wanted mode, as `band_hz` in the manifest or with --band",
+         band of the wanted mode, as `band_hz` in the manifest or with --band; if it is this one, drive it within a quarter of its frequency",
         band_hz.0, band_hz.1
     )]
     DrivenElsewhere {
@@ -386,6 +384,9 @@ pub enum Fault {
     /// standard deviations, or of its own stated one if that is larger.
     #[error("{0} lies {1:.1} standard deviations from the other repeats")]
     Outlier(String, f64),
+    /// Something went wrong when the record was taken.
+    #[error(transparent)]
+    Mishap(#[from] crate::Mishap),
     /// A steady tone beside the mode.
     #[error(transparent)]
     SteadyTone(#[from] crate::SteadyTone),

@@ -7,6 +7,7 @@ mod click;
 mod delays;
 mod dsp;
 mod error;
+mod mishap;
 mod order;
 mod padding;
 mod ping;
@@ -28,6 +29,7 @@ pub use channel::Channel;
 pub use click::{ClickFit, ClickOptions, ClickPicture, Extent, Reflection, fit_click, picture_click};
 pub use delays::{CalibrationError, ChannelDelays, ChannelPriors, KnownClick};
 pub use error::Fault;
+pub use mishap::Mishap;
 pub use order::{ChannelExchange, OutOfOrder};
 pub use ping::{
     Drift, Excess, Excesses, MajorityFit, PingFit, PingOptions, PingPicture, fit_majority, fit_ping,

@@ -11,7 +11,12 @@ pub(crate) struct Clock {
     first: f64,
     last: f64,
     count: usize,
+    /// Midnights that have passed: a time of day then begins anew.
+    midnights: u32,
 }
+
+/// A day, s.
+const DAY: f64 = 86_400.0;
 
 /// Relative error of the sampling rate that a column of time may show, beside its rounding by half a sample.
 const RATE: f64 = 1e-5;
@@ -21,7 +26,7 @@ const UNITS: [(f64, &str, &str); 2] = [(1e3, "milliseconds", "ms"), (1e6, "micro
 
 impl Clock {
     pub(crate) fn new(unit: Unit, rate_hz: f64) -> Self {
-        Self { unit, rate_hz, first: 0.0, last: 0.0, count: 0 }
+        Self { unit, rate_hz, first: 0.0, last: 0.0, count: 0, midnights: 0 }
     }
 
     /// The next time.
@@ -29,8 +34,15 @@ impl Clock {
     /// # Errors
     /// It is not one sample later than the last, to half a sample.
     pub(crate) fn see(&mut self, time: f64) -> Result<(), Problem> {
-        let time = self.unit.to_si(time);
-        let step = (time - self.last) * self.rate_hz;
+        let of_day = self.unit.to_si(time);
+        let mut time = of_day + DAY * f64::from(self.midnights);
+        let step = |time: f64| (time - self.last) * self.rate_hz;
+        // A whole day back, to half a sample: no lost sample and no wrong rate does this.
+        if self.count > 0 && time < self.last && (step(time + DAY) - 1.0).abs() <= 0.5 {
+            self.midnights += 1;
+            time += DAY;
+        }
+        let step = step(time);
         let late = (step - 1.0).abs();
         if self.count > 0 && (late > 0.5 || late.is_nan()) {
             let look = |(times, _, _): &(f64, _, _)| (step / times - 1.0).abs() < 0.5;
@@ -68,6 +80,18 @@ impl Clock {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn exact_a_time_of_day_begins_anew_at_midnight() {
+        let seen = |times: &[f64]| {
+            let mut clock = Clock::new(Unit::parse("s").unwrap(), 1e4);
+            times.iter().try_for_each(|t| clock.see(*t)).and_then(|()| clock.end())
+        };
+        seen(&[86_399.999_8, 86_399.999_9, 0.0, 1e-4, 2e-4]).unwrap();
+        // Two samples are missing there, and a time that goes back is none of a day.
+        let jumps = |times: &[f64]| matches!(seen(times), Err(Problem::TimeJumps { sample: 2, .. }));
+        assert!(jumps(&[86_399.999_8, 86_399.999_9, 2e-4]) && jumps(&[9.9998, 9.9999, 0.0]));
+    }
 
     #[test]
     fn message_times_in_milliseconds_are_named() {

@@ -15,6 +15,9 @@ use rijke_rig::{RecordItem, RecordSet, Rejection};
 /// Correlation of noise beyond which it is the same: a file of steps of three of its deviations keeps this
 /// much of it.
 const SAME: f64 = 0.7;
+/// The same from which coarse records are copies and not rounded alike: nothing but a copy rounds all samples
+/// alike.
+const COPIED: f64 = 0.99;
 /// Fewest samples that tell: chance then reaches [`SAME`] in eight standard deviations.
 const FEWEST: usize = 256;
 /// Standard deviations by which no arrival of a copy of a click differs.
@@ -22,14 +25,10 @@ const EQUAL: f64 = 1e-4;
 /// Rows by which the decay of a copy may have been found earlier or later.
 const SHIFT: usize = 4;
 
-/// Makes of every record that is a copy of an earlier one of its point a rejection, and says how many there
-/// are.
-pub(super) fn leave_out_copies(
-    set: &RecordSet,
-    jobs: &[RecordItem],
-    fitted: &mut [Fitted],
-) -> Option<String> {
-    let mut copies: Vec<(usize, usize, String)> = Vec::new();
+/// Makes of every record that has the noise of an earlier one of its point a rejection, and says how many
+/// there are: copies, and records that a coarse converter rounds alike.
+pub(super) fn leave_out_copies(set: &RecordSet, jobs: &[RecordItem], fitted: &mut [Fitted]) -> Vec<String> {
+    let mut copies: Vec<(usize, usize, Same)> = Vec::new();
     let mut first = 0;
     for same_point in jobs.chunk_by(|a, b| a.point() == b.point()) {
         let mut originals: Vec<usize> = Vec::new();
@@ -41,21 +40,43 @@ pub(super) fn leave_out_copies(
         }
         first += same_point.len();
     }
-    let (first, original, _) = copies.first()?;
-    let (name, of) = (jobs[*first].name(set), jobs[*original].name(set));
-    let are = if copies.len() == 1 { "is a copy of another one" } else { "are copies of others" };
-    let left = if copies.len() == 1 { "is left out" } else { "are left out" };
-    let said = format!(
-        "{} of {} {are} of the same point, and {left} (rejections.csv): the mean over copies is no better than one of them. The first, {name}, is a \
-         copy of {of}. Give the records that were meant, or delete the copies",
-        copies.len(),
-        counted(jobs.len(), "record")
-    );
-    for (k, original, why) in copies {
-        let reason = format!("a copy of {}: {why}", jobs[original].name(set));
+    let said = |rounded: bool| {
+        let found: Vec<_> = copies.iter().filter(|(_, _, same)| same.rounded == rounded).collect();
+        let (first, original, _) = found.first()?;
+        let (name, of) = (jobs[*first].name(set), jobs[*original].name(set));
+        let (one, all) = (found.len() == 1, counted(jobs.len(), "record"));
+        let left = if one { "is left out" } else { "are left out" };
+        Some(if rounded {
+            let are = if one { "is rounded as another one" } else { "are rounded as others" };
+            format!(
+                "{} of {all} {are} of the same point, and {left} (rejections.csv): a step of the converter is larger than the noise, the errors of rounding \
+                 are the same, and the mean over them is no better than one of them. The first, {name}, is rounded as {of}. Raise the gain before the \
+                 converter, or let the loudspeaker run freely, not in step with it",
+                found.len()
+            )
+        } else {
+            let are = if one { "is a copy of another one" } else { "are copies of others" };
+            format!(
+                "{} of {all} {are} of the same point, and {left} (rejections.csv): the mean over copies is no better than one of them. The first, {name}, is a \
+                 copy of {of}. Give the records that were meant, or delete the copies",
+                found.len()
+            )
+        })
+    };
+    let notes = [false, true].into_iter().filter_map(said).collect();
+    for (k, original, Same { rounded, why }) in copies {
+        let as_another = if rounded { "rounded as" } else { "a copy of" };
+        let reason = format!("{as_another} {}: {why}", jobs[original].name(set));
         fitted[k] = Fitted::Copy(Rejection { record: jobs[k].name(set).to_owned(), reason });
     }
-    Some(said)
+    notes
+}
+
+/// Why two records have one noise.
+struct Same {
+    /// Whether it may be that of rounding.
+    rounded: bool,
+    why: String,
 }
 
 /// Moves calibration clicks, by their names, that are copies of an earlier one to the rejections, and says
@@ -99,20 +120,24 @@ fn is_same_click(a: &ClickFit, b: &ClickFit) -> bool {
         && others().all(|m| (after(a, m) - after(b, m)).abs() <= far(m))
 }
 
-/// Why one of two records is a copy of the other, if it is.
-fn why_same(a: &Fitted, b: &Fitted) -> Option<String> {
+/// Why one of two records has the noise of the other, if it has.
+fn why_same(a: &Fitted, b: &Fitted) -> Option<Same> {
     match (a, b) {
         (Fitted::Ping(Ok(a), _), Fitted::Ping(Ok(b), _)) => {
             let r = correlation(a, b).filter(|r| *r > SAME)?;
-            Some(format!(
-                "the noise of both is the same (correlation {r:.3}; of independent records it is zero)"
-            ))
+            let rounded = a.coarse && b.coarse && r < COPIED;
+            let noise = if rounded { "errors of rounding of both are" } else { "noise of both is" };
+            Some(Same {
+                rounded,
+                why: format!("the {noise} the same (correlation {r:.3}; of independent records it is zero)"),
+            })
         }
         (Fitted::Click(Ok(Some((a, _)))), Fitted::Click(Ok(Some((b, _))))) => {
             let far = |m: usize| EQUAL * a.covariance[(m, m)].sqrt();
             let times = || a.arrival_times.iter().zip(&b.arrival_times).enumerate();
             let same = times().count() > 1 && times().all(|(m, (a, b))| (a - b).abs() <= far(m));
-            same.then(|| "all arrivals are the same, and so is their noise".to_owned())
+            let why = "all arrivals are the same, and so is their noise".to_owned();
+            same.then_some(Same { rounded: false, why })
         }
         _ => None,
     }
@@ -174,6 +199,21 @@ mod tests {
         assert!(largest(&a, &of(2, 0, 1.0), 3).unwrap() < 0.3);
         // Too little of it.
         assert_eq!(largest(&a[..200], &a[..200], 3), None);
+    }
+
+    #[test]
+    fn message_records_that_a_coarse_converter_rounds_alike_are_no_copies() {
+        let mut stream = Streams::new(3).stream("rounded");
+        let mut normal = || -> f32 { StandardNormal.sample(&mut stream) };
+        let common: Vec<f32> = (0..1000).map(|_| normal()).collect();
+        let own: Vec<f32> = common.iter().map(|v| v + 0.3 * normal()).collect();
+        let ping = |noise: &[f32], coarse: bool| {
+            Fitted::Ping(Ok(Box::new(crate::campaign::fitted::tests::ping(noise.to_vec(), coarse))), None)
+        };
+        let of = |a: &[f32], b: &[f32], coarse: bool| why_same(&ping(a, coarse), &ping(b, coarse)).unwrap();
+        let rounded = of(&common, &own, true);
+        assert!(rounded.rounded && rounded.why.starts_with("the errors of rounding of both are the same"));
+        assert!(!of(&common, &own, false).rounded && !of(&common, &common, true).rounded);
     }
 
     #[test]

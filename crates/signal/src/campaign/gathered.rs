@@ -44,6 +44,8 @@ pub(super) struct Said<'a> {
     pub(super) hums: Vec<f64>,
     /// Pings of which so many seconds were left out because another mode sounds there.
     pub(super) skipped: Vec<(&'a str, f64)>,
+    /// Pings with two modes that are about equally loud, and their frequencies, Hz.
+    pub(super) pairs: Vec<(&'a str, [f64; 2])>,
     /// Pings of which a last part that is one number was cut off, and from when on, s.
     pub(super) padded: Vec<(&'a str, f64)>,
 }
@@ -204,6 +206,7 @@ fn sorted<'a>(
                     Ok(ping) => {
                         said.skipped
                             .extend((ping.skipped_s > 0.0).then_some((file.as_str(), ping.skipped_s)));
+                        said.pairs.extend(ping.pair_hz.map(|hertz| (file.as_str(), hertz)));
                         said.padded.extend(ping.padded_from_s.map(|from| (file.as_str(), from)));
                         pings.push(*ping);
                     }

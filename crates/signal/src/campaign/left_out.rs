@@ -117,7 +117,9 @@ mod tests {
         };
         let of = |repeat: usize| PingOfRecord {
             skipped_s: 0.0,
+            pair_hz: None,
             padded_from_s: None,
+            coarse: false,
             repeat,
             ping: ping.clone(),
             drift: Drift::default(),

@@ -8,7 +8,9 @@ use super::disagreeing::apart;
 use super::drifts::drifts_of;
 use super::excesses::excesses_of;
 use super::extrapolated::extrapolated;
-use super::fitted::{Fitted, PingOfRecord, by_point, padded_in_words, skipped_in_words};
+use super::fitted::{
+    Fitted, PingOfRecord, by_point, padded_in_words, pair, pairs_in_words, skipped_in_words,
+};
 use super::gains::OfPoint;
 use super::gathered::{Channels, Gathered, Said};
 use super::kept::Kept;
@@ -117,6 +119,7 @@ pub fn process_again(
     said.notes.extend(in_words(&said.left_out, count));
     said.notes.extend(ties_in_words(&said.ties));
     said.notes.extend(skipped_in_words(&said.skipped));
+    said.notes.extend(pairs_in_words(&said.pairs));
     said.notes.extend(padded_in_words(&said.padded));
     let hum = hum_in_words(&said.hums, options.ping.mains_hz);
     said.notes.extend(hum.clone());
@@ -275,12 +278,14 @@ fn ping_of_record(
     let found = fit_majority(trace, options).map_err(|fault| fault.within(live))?;
     Ok(Box::new(PingOfRecord {
         repeat,
+        pair_hz: pair(&found.fit),
         ping: found.fit.ping,
         drift: found.fit.drift,
         excess: found.fit.excess,
         noise: found.fit.noise,
         skipped_s: found.fit.skipped_s,
         padded_from_s: trace.padded_from().map(|from| from as f64 / trace.rate_hz),
+        coarse: trace.coarse_steps().iter().any(|step| *step > 0.0),
         live: found.kept.iter().map(|place| live[*place]).collect(),
         left_out: found.left_out.into_iter().map(|(m, fault)| (live[m], fault.within(live))).collect(),
     }))

@@ -202,7 +202,8 @@ impl Fitting {
         match near.filter(|_| self.is_strange()) {
             Some(channel) => {
                 let (window, lag) = (options.window, lag(&channel));
-                Err(Fault::StrangeReflection(channel.into(), window, lag))
+                let closed = self.model.taps.iter().sum::<f64>() > 0.0;
+                Err(Fault::StrangeReflection(channel.into(), window, lag, closed))
             }
             None => Ok(self),
         }

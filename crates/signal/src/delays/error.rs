@@ -73,6 +73,20 @@ pub enum CalibrationError {
         /// Travel time between the two, s.
         travel: f64,
     },
+    /// Sound runs the other way.
+    #[error(
+        "sound comes to {} first and to {} last in {clicks} of {of} calibration clicks, as from a click at the end that should reflect it: make the click \
+         at the end from which `positions` in the rig are counted, or count the positions from the other end",
+        ends[0], ends[1]
+    )]
+    OtherEnd {
+        /// The channels that hear it first and last.
+        ends: [Channel; 2],
+        /// How many clicks say so.
+        clicks: usize,
+        /// All clicks.
+        of: usize,
+    },
     /// Two delays that differ by more than those of channels do.
     #[error(
         "{} hears the clicks {:.0} us later, compared with {}, than its place says, and sound takes {:.0} us from the one to the other: channels of one \
@@ -123,7 +137,7 @@ impl CalibrationError {
         if let Self::ImplausibleGain { channel, .. } | Self::ImplausibleDelay { channel, .. } = &mut self {
             channel.call(microphones);
         }
-        if let Self::UnequalDelays { channels, .. } = &mut self {
+        if let Self::UnequalDelays { channels, .. } | Self::OtherEnd { ends: channels, .. } = &mut self {
             channels.iter_mut().for_each(|channel| channel.call(microphones));
         }
         if let Self::Exchanged { exchange, .. } = &mut self {

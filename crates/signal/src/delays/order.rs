@@ -9,6 +9,10 @@ use crate::order::{ChannelExchange, by_arrival};
 
 /// Share of the travel time between two channels by which their delays may differ.
 const HALF: f64 = 0.5;
+/// How far the slope of times over those expected may be from -1 where sound runs the other way, and the
+/// share of their variance beside the line: an impulse is heard first some tenths of its length early or
+/// late.
+const BACK: f64 = 0.25;
 
 /// Two channels whose delays differ by more than those of channels do.
 struct Apart {
@@ -64,12 +68,36 @@ pub(super) fn in_order(clicks: &[Vec<f64>], expected: &[f64], step: f64) -> Resu
     })
 }
 
+/// Whether sound runs the other way: the times at which channels hear it, over those at which they should,
+/// are a straight line that falls as sound would rise it. Two channels would look the same if exchanged.
+fn comes_back(heard: &[f64], expected: &[f64]) -> bool {
+    let n = heard.len() as f64;
+    let mean = |values: &[f64]| values.iter().sum::<f64>() / n;
+    let (x, y) = (mean(expected), mean(heard));
+    let product =
+        |a: &[f64], x: f64, b: &[f64], y: f64| a.iter().zip(b).map(|(a, b)| (a - x) * (b - y)).sum::<f64>();
+    let (xx, yy) = (product(expected, x, expected, x), product(heard, y, heard, y));
+    let xy = product(expected, x, heard, y);
+    heard.len() > 2 && (xy / xx + 1.0).abs() < BACK && xy * xy > (1.0 - BACK) * xx * yy
+}
+
 /// Refuses channels that are exchanged in half of the clicks or more, by the times at which they are first
 /// `heard`, to a sample or two.
 pub(crate) fn exchanged(heard: &[Vec<f64>], expected: &[f64], rate_hz: f64) -> Result<(), CalibrationError> {
     let late = |times: &Vec<f64>| times.iter().zip(expected).map(|(t, x)| t - x).collect::<Vec<f64>>();
-    let fitting = heard.iter().filter(|times| times.len() == expected.len());
-    match in_order(&fitting.map(late).collect::<Vec<_>>(), expected, 2.0 / rate_hz) {
+    let fitting: Vec<&Vec<f64>> = heard.iter().filter(|times| times.len() == expected.len()).collect();
+    let back = fitting.iter().filter(|times| comes_back(times, expected)).count();
+    if back > 0 && 2 * back >= fitting.len() {
+        let by_place = |a: &usize, b: &usize| expected[*a].total_cmp(&expected[*b]);
+        let channels = || 0..expected.len();
+        let ends = [channels().max_by(by_place), channels().min_by(by_place)].map(Option::unwrap_or_default);
+        return Err(CalibrationError::OtherEnd {
+            ends: ends.map(Into::into),
+            clicks: back,
+            of: fitting.len(),
+        });
+    }
+    match in_order(&fitting.into_iter().map(late).collect::<Vec<_>>(), expected, 2.0 / rate_hz) {
         Err(CalibrationError::Exchanged { clicks, of, .. }) if 2 * clicks < of => Ok(()),
         found => found,
     }
@@ -121,6 +149,17 @@ mod tests {
             said.starts_with("channel 4 hears the clicks 400 us later, compared with channel 3,"),
             "{said}"
         );
+    }
+
+    #[test]
+    fn behaviour_a_click_at_the_other_end_is_told_from_an_exchange() {
+        let heard: Vec<f64> = EXPECTED.iter().map(|t| 3e-3 - t).collect();
+        let said = exchanged(&[heard.clone(), heard], &EXPECTED, 51_200.0).unwrap_err().to_string();
+        assert!(
+            said.starts_with("sound comes to channel 4 first and to channel 0 last in 2 of 2 "),
+            "{said}"
+        );
+        assert_eq!(exchanged(&[EXPECTED.to_vec(), EXPECTED.to_vec()], &EXPECTED, 51_200.0), Ok(()));
     }
 
     #[test]

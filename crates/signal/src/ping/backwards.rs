@@ -14,8 +14,8 @@ use super::verdict::Residue;
 use crate::ringdown::{Kind, SEARCHING, Solution, White};
 
 /// Distance between windows, and their length, s.
-const STRIDE: f64 = 0.06;
-const LENGTH: f64 = 0.25;
+pub(super) const STRIDE: f64 = 0.06;
+pub(super) const LENGTH: f64 = 0.25;
 /// Deviations by which a mode must decay rather than last.
 const DECAYS: f64 = 3.0;
 /// Relative difference of amplitude from what the decay after it says, beyond which a stride holds forcing:
@@ -25,7 +25,7 @@ const UNLIKE: f64 = 0.05;
 const DOUBT: f64 = 3.0;
 /// So many windows in a row must show no decay before the decay has begun after them: near the noise one may
 /// fail by chance.
-const MISSES: usize = 3;
+pub(super) const MISSES: usize = 3;
 /// So many windows at the end may be too near the noise to say how loud the decay is before them.
 const UNSURE: usize = 2;
 /// Length of the stretches in which the forcing is compared with its model, s, and share of the largest
@@ -39,7 +39,7 @@ const SHARE: f64 = 0.2;
 
 /// Share of the mode's decay rate from which on a tone before the decay is no forcing, but another mode that
 /// dies away: a loudspeaker may sag, by far less.
-const FADES: f64 = 0.5;
+pub(super) const FADES: f64 = 0.5;
 
 /// The end of forcing.
 pub(crate) struct LastDecay {
@@ -107,8 +107,21 @@ pub(crate) fn last_decay(search: &Search<'_>, white: White<'_>, envelope: &Envel
         // The record begins with the decay.
         return Some(LastDecay { end: Change { row: from, lag: 0 }, rough, decays_from: None });
     }
+    before(search, white, (from, onset, stride, block), rough, decays.pop())
+}
+
+/// The decay whose earliest fit begins at row `from`, and whose `later` one is free of what was before;
+/// nothing if no single forcing precedes it.
+pub(super) fn before(
+    search: &Search<'_>,
+    white: White<'_>,
+    (from, onset, stride, block): (usize, usize, usize, usize),
+    rough: Solution,
+    later: Option<(usize, Solution)>,
+) -> Option<LastDecay> {
+    let rows = |seconds: f64| (seconds / white.step) as usize;
     // A few samples of forcing may hide in the earliest window: the one after it is free of them.
-    let (safe, free) = decays.pop().unwrap_or((from, rough));
+    let (safe, free) = later.unwrap_or((from, rough));
     let end = from - stride;
     let begin = (onset + 3 * block).max(end.saturating_sub(rows(FORCED)));
     if end < begin + 8 * block {
@@ -128,6 +141,19 @@ pub(crate) fn last_decay(search: &Search<'_>, white: White<'_>, envelope: &Envel
 fn look(search: &Search<'_>, window: White<'_>) -> Seen {
     let Ok((components, _)) = search.first_guess(window) else { return Seen::Nothing };
     let Ok(solution) = search.solve(window, window, components, SEARCHING) else { return Seen::Other };
+    if !explains(search, window, &solution) {
+        return Seen::Other;
+    }
+    // A window that begins within the forcing is explained by a few poles in place of one.
+    if has_close_neighbour(&solution.components) {
+        return Seen::Other;
+    }
+    let sd = (solution.variance() * solution.covariance[(0, 0)]).sqrt();
+    if -solution.components[0].s.re > DECAYS * sd { Seen::Decay(solution) } else { Seen::Steady }
+}
+
+/// Whether a fit leaves no more than noise of a window.
+pub(super) fn explains(search: &Search<'_>, window: White<'_>, solution: &Solution) -> bool {
     let left = solution.residuals(window, 0.0);
     let left = search.ringing.taken_out(White { samples: &left, ..window });
     let residue = Residue {
@@ -138,15 +164,7 @@ fn look(search: &Search<'_>, window: White<'_>) -> Seen {
         mode_hz: solution.components[0].s.im / std::f64::consts::TAU,
         narrow: search.ringing.is_some(),
     };
-    if residue.check(search.options.mains_hz).is_err() {
-        return Seen::Other;
-    }
-    // A window that begins within the forcing is explained by a few poles in place of one.
-    if has_close_neighbour(&solution.components) {
-        return Seen::Other;
-    }
-    let sd = (solution.variance() * solution.covariance[(0, 0)]).sqrt();
-    if -solution.components[0].s.re > DECAYS * sd { Seen::Decay(solution) } else { Seen::Steady }
+    residue.check(search.options.mains_hz).is_ok()
 }
 
 /// Whether a stretch is as loud as the decay after it, which begins `rows` rows later, says: forcing is less

@@ -52,6 +52,28 @@ pub(crate) fn outside(trace: &Trace<'_>, band_hz: (f64, f64), mains_hz: f64, fau
     (!near && !is_of_the_mains(driven_hz, mains_hz)).then_some(Fault::DrivenOutside { driven_hz, band_hz })
 }
 
+/// What to say of a record that cannot be fitted for a doubtful fault, if what rings after the forcing is far
+/// from its tone: both beat while the forcing begins.
+pub(super) fn elsewhere(trace: &Trace<'_>, band_hz: (f64, f64), mains_hz: f64) -> Option<Fault> {
+    let (quiet, step) = (trace.quiet.min(trace.len()), trace.rate_hz.recip());
+    let from = |first: usize| -> Vec<Vec<f64>> {
+        trace.channels.iter().map(|y| y[first.min(y.len())..].to_vec()).collect()
+    };
+    let driven_hz = tone(&from(quiet), step)?;
+    let span = (SPAN * trace.rate_hz) as usize;
+    let stretches = (trace.len() - quiet).checked_div(span)?;
+    let size = |k: usize| size(trace, quiet + k * span, span, driven_hz);
+    let sizes: Vec<f64> = (0..stretches).map(size).collect();
+    let loudest = sizes.iter().copied().fold(0.0, f64::max);
+    let last = sizes.iter().rposition(|size| *size > AS_LOUD * loudest)?;
+    // The forcing may end within the stretch after this one.
+    let after = from(quiet + (last + 2) * span);
+    let mode_hz = tone(&after, step)?;
+    let inside = (band_hz.0..=band_hz.1).contains(&mode_hz);
+    let far = inside && (driven_hz - mode_hz).abs() > FAR * mode_hz && !is_of_the_mains(driven_hz, mains_hz);
+    far.then_some(Fault::DrivenElsewhere { driven_hz, mode_hz, band_hz })
+}
+
 /// The same fault, or, if the tone that was taken for that of the loudspeaker sounds all the time, that.
 pub(super) fn or_all_the_time(trace: &Trace<'_>, fault: Fault) -> Fault {
     match fault {
@@ -71,18 +93,21 @@ fn lasts(trace: &Trace<'_>, frequency_hz: f64) -> bool {
     if span == 0 || trace.len() < LEAST * span {
         return false;
     }
-    let size = |row: usize| {
-        let of = |y: &Vec<f64>| {
-            let white = White { samples: y, channels: 1, step: trace.rate_hz.recip() };
-            loudness(white, row, span, frequency_hz).powi(2)
-        };
-        trace.channels.iter().map(of).sum::<f64>().sqrt()
-    };
-    let sizes: Vec<f64> = (0..trace.len() / span).map(|k| size(k * span)).collect();
+    let sizes: Vec<f64> =
+        (0..trace.len() / span).map(|k| size(trace, k * span, span, frequency_hz)).collect();
     let loudest = sizes.iter().copied().fold(0.0, f64::max);
     let silent = &sizes[..(trace.quiet / span).min(sizes.len())];
     let end = &sizes[sizes.len() - sizes.len() / 3..];
     silent.iter().chain(end).all(|size| *size > AS_LOUD * loudest)
+}
+
+/// Amplitude of a tone over all channels, in a stretch of a record.
+fn size(trace: &Trace<'_>, row: usize, span: usize, frequency_hz: f64) -> f64 {
+    let of = |y: &Vec<f64>| {
+        let white = White { samples: y, channels: 1, step: trace.rate_hz.recip() };
+        loudness(white, row, span, frequency_hz).powi(2)
+    };
+    trace.channels.iter().map(of).sum::<f64>().sqrt()
 }
 
 /// Where there is no forcing, hum may be the loudest.

@@ -14,7 +14,7 @@ use std::f64::consts::TAU;
 
 /// Distance from every known component, Hz, at which a further tone is sought: nearer ones are what the first
 /// guess is for.
-pub(super) const APART_HZ: f64 = 12.0;
+pub(crate) const APART_HZ: f64 = 12.0;
 /// Standard deviations of the residual variance beyond which something is left to explain.
 const LEFT: f64 = 4.0;
 

@@ -1,35 +1,29 @@
 //! Decay rate, frequency and mode shape of one ring-down, with covariance and verdict.
 
-use super::backwards::last_decay;
+use super::backwards::{LastDecay, last_decay};
+use super::beating::last_beats;
 use super::chirp::Drift;
 use super::diagnosis;
 use super::driven;
 use super::excess::Excesses;
-use super::fairest::{self, APART_HZ, has_close_neighbour};
-use super::forcing::{Change, Envelope};
+use super::fairest::{self, has_close_neighbour};
+use super::forcing::Change;
 use super::found::PingFit;
 use super::heard::{Heard, beside_a_tone};
 use super::judged::Fitted;
+use super::learnt::{MIN_QUIET, learn_from_residuals, noise_at_the_end, noise_heard};
+use super::lost::lost;
 use super::options::PingOptions;
 use super::power;
-use super::resolution::{self, deviation};
+use super::resolution;
 use super::rest::{Disagreement, at_rest};
-use super::ringing::{self, Ringing};
-use super::search::Search;
 use super::silence;
 use super::verdict;
-use crate::dsp::noise::{MAX_HARMONIC, Whitener, remove_hum};
+use super::whitened::{Noise, Whitened};
+use crate::dsp::noise::Whitener;
 use crate::ringdown::{Component, Kind, SEARCHING, SETTLING, Solution, White};
-use crate::{Fault, Trace};
-use rijke_numerics::C64;
+use crate::{Fault, Mishap, Trace};
 
-/// Fewest samples of the quiet part from which the noise is learnt; with fewer, it is learnt from residuals.
-pub(super) const MIN_QUIET: usize = 256;
-/// With fewer samples of the quiet part than these the colour of the noise is learnt from the residuals of a
-/// first fit, too: from a few hundred it is known so badly that intervals cover 88 % instead of 95 %.
-const SHORT_QUIET: usize = 1500;
-/// Variance of the residuals, over that of the noise as measured, up to which they count as noise.
-const NOISE_ALONE: f64 = 1.3;
 /// The first part of the decay in which neighbours are sought, s: they die away sooner than the mode of
 /// interest, and a longer stretch would bury them in noise.
 const EARLY: f64 = 0.25;
@@ -66,26 +60,7 @@ pub fn fit_ping(trace: &Trace<'_>, options: &PingOptions) -> Result<PingFit, Fau
     let noise = if let Some(deviations) = deviations {
         Noise::of(Whitener::scaling(&deviations), Vec::new())
     } else if quiet >= MIN_QUIET {
-        let Heard { noise, harmonics, tones, narrow_hz } = Heard::of(trace, options, quiet);
-        if let Some(hz) = narrow_hz {
-            // A filter learnt from it would take the mode for noise.
-            let deviations: Vec<f64> =
-                noise.iter().map(|y| ringing::calm_deviation(y, trace.rate_hz, hz)).collect();
-            Noise { whitener: Whitener::scaling(&deviations), harmonics, tones, silence: noise, narrow_hz }
-        } else {
-            let learnt = if quiet < SHORT_QUIET {
-                let deviations: Vec<f64> = noise.iter().map(|y| deviation(y)).collect();
-                // A fit that leaves more than noise says nothing of its colour: a filter learnt from it would
-                // take the mode for noise.
-                let scaling = Whitener::scaling(&deviations);
-                let learnt = learn_from_residuals(trace, options, scaling, (&harmonics, &tones)).ok();
-                learnt.filter(|(_, left)| *left < NOISE_ALONE).map(|(whitener, _)| whitener)
-            } else {
-                None
-            };
-            let whitener = learnt.map_or_else(|| Whitener::learn(&noise), Ok)?;
-            Noise { whitener, harmonics, tones, silence: noise, narrow_hz }
-        }
+        noise_heard(trace, options, Heard::of(trace, options, quiet))?
     } else {
         let (whitener, harmonics) = noise_at_the_end(trace, options);
         Noise::of(learn_from_residuals(trace, options, whitener, (&harmonics, &[]))?.0, harmonics)
@@ -103,146 +78,78 @@ pub fn fit_ping(trace: &Trace<'_>, options: &PingOptions) -> Result<PingFit, Fau
     };
     found.map_err(|fault| {
         let outside = driven::outside(trace, options.band_hz, options.mains_hz, &fault);
-        let fault = outside.unwrap_or_else(|| diagnosis::reason(trace, options, fault));
+        let elsewhere = || driven::elsewhere(trace, options.band_hz, options.mains_hz);
+        let elsewhere = || diagnosis::is_doubtful(&fault).then(elsewhere).flatten();
+        let fault = outside.or_else(elsewhere).unwrap_or_else(|| diagnosis::reason(trace, options, fault));
         let fault = driven::or_all_the_time(trace, fault);
-        beside_a_tone(fault, &tones, diagnosis::loudest(trace, options))
+        let silence_s = quiet as f64 / trace.rate_hz;
+        beside_a_tone(fault, &tones, (diagnosis::loudest(trace, options), silence_s))
     })
-}
-
-/// A first notion of the noise of a record without silence, from its last tenth: the colour, if the mode does
-/// not ring there any more, and the harmonics of the mains, but for those beside the mode, which may ring.
-fn noise_at_the_end(trace: &Trace<'_>, options: &PingOptions) -> (Whitener, Vec<u32>) {
-    let tail = trace.len() - trace.len() / 10;
-    let mut end: Vec<Vec<f64>> = trace.channels.iter().map(|y| y[tail..].to_vec()).collect();
-    let deviations: Vec<f64> = end.iter().map(|y| deviation(y)).collect();
-    let white = Whitener::scaling(&deviations);
-    let Some(hz) = diagnosis::loudest(trace, options) else { return (white, Vec::new()) };
-    let beside = |h: &u32| (f64::from(*h) * options.mains_hz - hz).abs() < APART_HZ;
-    let beside: Vec<u32> = (1..=MAX_HARMONIC).filter(beside).collect();
-    let harmonics = remove_hum(&mut end, trace.rate_hz, options.mains_hz, &beside);
-    let calm = trace.len() - tail >= MIN_QUIET && !ringing::rings(&end, trace.rate_hz, hz);
-    let learnt = calm.then(|| Whitener::learn(&end).ok()).flatten();
-    (learnt.unwrap_or(white), harmonics)
 }
 
 /// The fit from the end of the plateau, or, if that is doubtful or fails, from the last decay.
 fn judged_fit(trace: &Trace<'_>, options: &PingOptions, noise: &Noise, least: f64) -> Result<PingFit, Fault> {
-    let fit = |start| fit_whitened(trace, options, noise, least, start);
+    let record = Whitened::of(trace, options, noise)?;
+    let fit = |start: Start<'_>| fit_whitened(trace, options, &record, least, start);
     let plateau = fit(Start::Plateau);
     let doubtful = plateau.as_ref().is_ok_and(|fit| fit.doubtful);
     let backwards = || fit(Start::Backwards)?.judged(options);
+    let missing = || {
+        let order = noise.whitener.order();
+        let begin = (trace.quiet.min(trace.len()) + order) as f64 / trace.rate_hz;
+        lost(&record.search(options), record.white(), &record.envelope, begin, order)
+    };
+    let beats = || {
+        let (decay, hertz) = last_beats(&record.search(options), record.white(), &record.envelope)?;
+        let fitted =
+            decay.and_then(|decay| fit(Start::Found(&decay)).and_then(|fit| fit.judged(options)).ok());
+        Some(fitted.ok_or(Mishap::Beat { hertz }.into()))
+    };
     match plateau.and_then(|fit| fit.judged(options)) {
         // A later start is right if the forcing went on, and not if two modes decay all the while.
         Ok(found) if doubtful => match backwards() {
             Ok(later) if later.skipped_s == 0.0 => Ok(later),
             _ => Ok(found),
         },
-        Err(fault) if diagnosis::is_doubtful(&fault) => match backwards() {
-            // A decay that was found, and in which the channels differ, says more.
-            Err(apart @ (Fault::GainDrifts { .. } | Fault::GainsApart { .. })) => Err(apart),
-            found => found.or(Err(fault)),
-        },
+        // Louder noise is louder wherever the decay begins.
+        Err(fault) if diagnosis::is_doubtful(&fault) && !matches!(fault, Fault::Mishap(_)) => {
+            if let Some(mishap) = missing() {
+                return Err(mishap.into());
+            }
+            match backwards() {
+                // A decay that was found, and in which the channels differ, says more.
+                Err(apart @ (Fault::GainDrifts { .. } | Fault::GainsApart { .. })) => Err(apart),
+                Ok(found) => Ok(found),
+                Err(_) => beats().unwrap_or(Err(fault)),
+            }
+        }
         result => result,
-    }
-}
-
-/// What is known of the noise before a fit.
-struct Noise {
-    whitener: Whitener,
-    /// Harmonics of the mains that the record holds.
-    harmonics: Vec<u32>,
-    /// Steady tones beside the mode that it holds, Hz.
-    tones: Vec<f64>,
-    /// The quiet part without them; nothing if it is too short.
-    silence: Vec<Vec<f64>>,
-    /// The frequency at which it rings, Hz.
-    narrow_hz: Option<f64>,
-}
-
-impl Noise {
-    fn of(whitener: Whitener, harmonics: Vec<u32>) -> Self {
-        Self { whitener, harmonics, tones: Vec::new(), silence: Vec::new(), narrow_hz: None }
     }
 }
 
 /// How the start of the decay is found.
 #[derive(Clone, Copy)]
-enum Start {
+pub(super) enum Start<'a> {
     /// At the end of a plateau that the record holds.
     Plateau,
     /// From the end of the record: see [`last_decay`].
     Backwards,
+    /// Where it was found.
+    Found(&'a LastDecay),
 }
 
-/// With little or no quiet part: fit with a first notion of the noise, learn its colour from what is left,
-/// for another fit. And the variance of what is left, over that of the noise as measured.
-fn learn_from_residuals(
+pub(super) fn fit_whitened(
     trace: &Trace<'_>,
     options: &PingOptions,
-    whitener: Whitener,
-    (harmonics, tones): (&[u32], &[f64]),
-) -> Result<(Whitener, f64), Fault> {
-    let noise = Noise { tones: tones.to_vec(), ..Noise::of(whitener, harmonics.to_vec()) };
-    let fit = |start| fit_whitened(trace, options, &noise, 0.0, start);
-    let sound = |fit: &Fitted| fit.solution.variance() < NOISE_ALONE;
-    let found = match fit(Start::Plateau) {
-        Ok(found) if sound(&found) => found,
-        first => match fit(Start::Backwards) {
-            Ok(found) if sound(&found) => found,
-            _ => first?,
-        },
-    };
-    let variance = found.solution.variance();
-    let Some(left) = noise_left(trace, &found) else { return Ok((noise.whitener, variance)) };
-    Ok((Whitener::learn(&left)?, variance))
-}
-
-/// What a fit leaves of the record as it stands, not whitened; none where a filter and a curve of the mode
-/// come together.
-fn noise_left(trace: &Trace<'_>, found: &Fitted) -> Option<Vec<Vec<f64>>> {
-    let channels = trace.channels.len();
-    if found.whitener.order() == 0 {
-        let (left, scales) = (found.residuals(), found.whitener.deviations(0.0, found.step));
-        let unscaled = |(m, d): (usize, &f64)| left.iter().skip(m).step_by(channels).map(|v| v * d).collect();
-        return Some(scales.iter().enumerate().map(unscaled).collect());
-    }
-    if found.solution.components[0].is_curved() {
-        return None;
-    }
-    let (from, to) = (found.offset + found.rows.0, found.offset + found.rows.1);
-    let mut left: Vec<Vec<f64>> = trace.channels.iter().map(|y| y[from..to].to_vec()).collect();
-    for (component, white) in found.solution.components.iter().zip(&found.solution.amplitudes) {
-        let (unwhiten, _) = found.whitener.unwhiten(component.s, found.step);
-        let turn = (component.s * found.step).exp();
-        for (y, row) in left.iter_mut().zip(&unwhiten) {
-            let mut wave: C64 = row.iter().zip(white).map(|(u, b)| u * b).sum();
-            for v in y {
-                *v -= wave.re;
-                wave *= turn;
-            }
-        }
-    }
-    Some(left)
-}
-
-fn fit_whitened(
-    trace: &Trace<'_>,
-    options: &PingOptions,
-    noise: &Noise,
+    record: &Whitened<'_>,
     least_amplitude: f64,
-    start: Start,
+    start: Start<'_>,
 ) -> Result<Fitted, Fault> {
-    let Noise { whitener, harmonics, tones, silence, narrow_hz } = noise;
+    let Whitened { noise: Noise { whitener, harmonics, .. }, envelope, ringing, .. } = record;
     let (channels, step) = (trace.channels.len(), 1.0 / trace.rate_hz);
-    let quiet = trace.quiet.min(trace.len());
-    let samples = whitener.apply(trace.channels, quiet, trace.len());
-    let white = White { samples: &samples, channels, step };
-    let mut envelope = Envelope::new(white, options.band_hz)?;
-    let silence = whitener.apply(silence, 0, silence.first().map_or(0, Vec::len));
-    let quietness = White { samples: &silence, channels, step };
-    let power = narrow_hz.map_or(0.0, |hz| ringing::power_at(quietness, hz));
-    let ringing = if power > 0.0 { envelope.ringing(power, step) } else { Ringing::default() };
-    let mut search = Search { options, harmonics, tones, ringing };
+    let (quiet, ringing) = (trace.quiet.min(trace.len()), *ringing);
+    let (white, quietness) = (record.white(), record.quietness());
+    let mut search = record.search(options);
     let need = 10 * envelope.block;
     let early = |from: usize| white.slice(from, from + (EARLY / step) as usize);
     let too_short = |first: usize| Fault::ShortDecay {
@@ -271,11 +178,17 @@ fn fit_whitened(
             let end = envelope.decay_start(white, &rough, safe);
             (end.unwrap_or(Change { row: safe.saturating_sub(lag + order), lag }), rough, subspace, None)
         }
-        Start::Backwards => {
-            let found = last_decay(&search, white, &envelope);
-            let found = found.ok_or_else(|| too_short(white.rows()))?;
+        Start::Backwards | Start::Found(_) => {
+            let own;
+            let found = match start {
+                Start::Found(found) => found,
+                _ => {
+                    own = last_decay(&search, white, envelope).ok_or_else(|| too_short(white.rows()))?;
+                    &own
+                }
+            };
             let subspace = found.rough.components[0].s;
-            (found.end, found.rough, subspace, found.decays_from)
+            (found.end, found.rough.clone(), subspace, found.decays_from)
         }
     };
     let end = Change { lag: end.lag + ringing.hides(&rough, step), ..end };
@@ -330,7 +243,7 @@ fn fit_whitened(
         let found = power::power(&solution, quietness, Some(White { samples: &left, ..white }));
         search.ringing = search.ringing.at_least(found, solution.components[0].s);
     }
-    if let Some(fault) = diagnosis::still_driven(white, &search, &envelope, (from, to), &solution) {
+    if let Some(fault) = diagnosis::still_driven(white, &search, envelope, (from, to), &solution) {
         return Err(fault);
     }
     let have = (to - from) as f64 * step;
@@ -360,7 +273,7 @@ fn fit_whitened(
     Ok(Fitted {
         whitener: whitener.clone(),
         harmonics: search.harmonics.to_vec(),
-        silence,
+        silence: record.silence.clone(),
         ringing: search.ringing,
         learnt_from: if quiet >= MIN_QUIET { quiet } else { white.rows() },
         channels,

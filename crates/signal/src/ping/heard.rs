@@ -61,8 +61,8 @@ impl Heard {
 }
 
 /// A fault that a steady tone beside the mode explains, in its words; `tones` are in the silence, and the
-/// mode is at `mode_hz`.
-pub(super) fn beside_a_tone(fault: Fault, tones: &[f64], mode_hz: Option<f64>) -> Fault {
+/// mode is at `mode_hz`, and the silence lasts so long, s.
+pub(super) fn beside_a_tone(fault: Fault, tones: &[f64], (mode_hz, silence_s): (Option<f64>, f64)) -> Fault {
     let Some(mode_hz) = mode_hz else { return fault };
     let apart = |hz: &f64| (hz - mode_hz).abs();
     let nearest = tones.iter().copied().min_by(|a, b| apart(a).total_cmp(&apart(b)));
@@ -78,6 +78,6 @@ pub(super) fn beside_a_tone(fault: Fault, tones: &[f64], mode_hz: Option<f64>) -
         | Fault::StillDriven { .. } => true,
         _ => false,
     };
-    let tone = SteadyTone { frequency_hz, apart_hz: apart(&frequency_hz) };
+    let tone = SteadyTone { frequency_hz, apart_hz: apart(&frequency_hz), silence_s };
     if explained { tone.into() } else { fault }
 }

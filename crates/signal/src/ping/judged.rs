@@ -13,7 +13,7 @@ use super::verdict::{self, Residue};
 use crate::dsp::noise::Whitener;
 use crate::ringdown::{Component, Kind, Solution, White, fundamental};
 use crate::unstable::Unstable;
-use crate::{Fault, TwoReadings};
+use crate::{Fault, Mishap, TwoReadings};
 use rijke_numerics::C64;
 
 /// A second mode nearer than this, with a drift beside it, is no mode of a rig, Hz.
@@ -125,13 +125,19 @@ impl Fitted {
             mode_hz: s.im / std::f64::consts::TAU,
             narrow: rings,
         };
-        if rings {
+        let checked = if rings {
             let samples = &ringing::levelled(calm.clone(), self.channels);
-            Residue { samples, ..residue }.check(options.mains_hz)?;
+            Residue { samples, ..residue }.check(options.mains_hz)
         } else {
-            residue.check(options.mains_hz)?;
-        }
-        residue.check_whole(self.learnt_from)?;
+            residue.check(options.mains_hz)
+        };
+        let whole = || Residue { samples: &self.left, ..residue };
+        checked.and_then(|()| residue.check_whole(self.learnt_from)).map_err(|fault| match fault {
+            Fault::Residual { .. } | Fault::HumBurst { .. } if !rings && !self.silence.is_empty() => {
+                whole().louder().map_or(fault, |times| Mishap::Louder { times, from: at(from) }.into())
+            }
+            fault => fault,
+        })?;
         let variance =
             if rings { ringing::calm_variance(&calm, s, self.step) } else { self.solution.variance() };
         let whiten = &self.whitener.whiten(s, self.step);

@@ -2,6 +2,7 @@
 
 mod alike;
 mod backwards;
+mod beating;
 mod chirp;
 mod diagnosis;
 mod driven;
@@ -12,7 +13,9 @@ mod forcing;
 mod found;
 mod heard;
 mod judged;
+mod learnt;
 mod lines;
+mod lost;
 mod majority;
 mod options;
 mod picture;
@@ -25,9 +28,11 @@ mod search;
 mod silence;
 mod slope;
 mod verdict;
+mod whitened;
 
 pub use chirp::Drift;
 pub use excess::{Excess, Excesses};
+pub(crate) use fairest::APART_HZ;
 pub use fit::fit_ping;
 pub use found::PingFit;
 pub use majority::{MajorityFit, fit_majority};

@@ -16,6 +16,11 @@ const TOTAL_LIMIT: f64 = 1.35;
 /// allows for.
 const WHOLE_LIMIT: f64 = 0.15;
 const WHOLE_DEVIATIONS: f64 = 5.0;
+/// Length of the stretches in which residuals are compared with each other, s, how many there must be, and
+/// the deviations by which their powers may differ: coloured noise has fewer degrees of freedom than samples.
+const LONG: f64 = 0.08;
+const STRETCHES: usize = 4;
+const ALIKE: f64 = 8.0;
 /// How many times more noise may be left where it rings the mode: in a stretch shorter than its memory, the
 /// power of narrow noise has few degrees of freedom.
 const NARROW: f64 = 8.0;
@@ -94,6 +99,30 @@ impl Residue<'_> {
         let channel = (0..self.channels).max_by(|&a, &b| of(a).total_cmp(&of(b))).unwrap_or(0);
         let (frequency_hz, _) = strongest_tone(white, 0, channel);
         Err(Fault::Residual { at: self.begin, channel: channel.into(), ratio: power, frequency_hz })
+    }
+}
+
+impl Residue<'_> {
+    /// By how much the amplitude of the residuals exceeds that of the noise, if it does so alike in all
+    /// channels and to the end of the record: then it is noise, and the silence was another one. What a fit
+    /// leaves of a decay dies away with it.
+    pub(crate) fn louder(&self) -> Option<f64> {
+        let rows = ((LONG / self.step).round() as usize).max(64);
+        let of = |stretch: &[f64], m: usize| {
+            let own = stretch.iter().skip(m).step_by(self.channels);
+            own.map(|v| v * v).sum::<f64>() * self.channels as f64 / stretch.len() as f64
+        };
+        let stretches: Vec<&[f64]> = self.samples.chunks_exact(rows * self.channels).collect();
+        let all: Vec<f64> =
+            stretches.iter().flat_map(|stretch| (0..self.channels).map(|m| of(stretch, m))).collect();
+        let mean = all.iter().sum::<f64>() / all.len().max(1) as f64;
+        let chance = ALIKE * (2.0 / rows as f64).sqrt();
+        let alike = |m: usize| {
+            let own = all.iter().skip(m).step_by(self.channels);
+            let mean = own.clone().sum::<f64>() / stretches.len() as f64;
+            mean > 1.0 + WHOLE_LIMIT && own.clone().all(|power| (power / mean - 1.0).abs() < chance)
+        };
+        (stretches.len() >= STRETCHES && (0..self.channels).all(alike)).then(|| mean.sqrt())
     }
 }
 

@@ -170,6 +170,27 @@ fn message_channels_exchanged_in_the_clicks_of_a_point_are_named() {
     }
 }
 
+/// Before, such clicks were refused as too long, and as noise.
+#[test]
+fn message_a_closed_end_and_a_click_at_the_other_end_are_named() {
+    let of = |change: &dyn Fn(&mut Clicking)| {
+        let mut records = Clicks::new(DataKind::Measured);
+        change(&mut records.clicking);
+        records.clean = records.clicking.clean();
+        records.process()
+    };
+    let done = of(&|clicking| clicking.reflection = -0.97).unwrap();
+    let closed =
+        |r: &rijke_rig::Rejection| r.reason.contains("It has the sign of the impulse, as at a closed end");
+    let rejections = &done.observations.rejections;
+    assert!(!rejections.is_empty() && rejections.iter().all(closed), "{rejections:?}");
+    assert!(rejections[0].reason.contains("an open end without a flange"), "{rejections:?}");
+    let said = of(&|clicking| clicking.positions = PLACES.map(|x| 1.0 - x).to_vec()).map(|_| ()).unwrap_err();
+    let named =
+        "sound comes to microphone 7 (p8) first and to microphone 0 (p1) last in 4 of 4 calibration clicks";
+    assert!(said.contains(named), "{said}");
+}
+
 /// Before, four copies counted as four clicks.
 #[test]
 fn behaviour_copies_among_the_calibration_clicks_count_once() {

@@ -3,7 +3,7 @@
 use crate::driven::Driven;
 use crate::short::any;
 use rayon::prelude::*;
-use rijke_signal::{Channel, Fault, Unstable};
+use rijke_signal::{Channel, Fault, Mishap, Unstable};
 use std::f64::consts::TAU;
 
 type Harm = fn(&Driven, &mut Vec<Vec<f64>>, f64);
@@ -163,7 +163,14 @@ fn faults() -> Vec<(&'static str, Harm, Vec<f64>, Right)> {
                 }
             },
             vec![0.25, 0.5, 3.3],
-            |fault| matches!(fault, Fault::SecondExcitation { .. } | Fault::Residual { .. }),
+            |fault| {
+                matches!(
+                    fault,
+                    Fault::Mishap(Mishap::LostSamples { .. })
+                        | Fault::Residual { .. }
+                        | Fault::SecondExcitation { .. }
+                )
+            },
         ),
     ]
 }
