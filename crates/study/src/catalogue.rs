@@ -213,24 +213,6 @@ impl Catalogue {
         }
         Ok(())
     }
-
-    /// Checks that every candidate that extends another extends one that there is: else no model would have
-    /// it.
-    ///
-    /// # Errors
-    /// [`StudyProblem::Unknown`] at the candidate.
-    pub(crate) fn extends_what_there_is(&self) -> Result<(), StudyError> {
-        let extended = |c: &Candidate| c.extends.clone().filter(|id| self.get(id).is_none());
-        for (candidate, (file, line)) in self.candidates.iter().zip(&self.places) {
-            if let Some(name) = extended(candidate) {
-                let known = listed(self.candidates.iter().map(|c| c.id.as_str()));
-                let what = "candidate for `extends`";
-                let problem = Box::new(StudyProblem::Unknown { what, name, known });
-                return Err(StudyError { file: file.clone(), line: Some(*line), problem });
-            }
-        }
-        Ok(())
-    }
 }
 
 fn candidate(spec: Spec, rig: &Rig, source: &Source, doubts: &mut Vec<String>) -> Outcome<Candidate> {

@@ -228,6 +228,17 @@ fn candidates(folder: &Path, rig: &Rig) -> Result<Catalogue, StudyError> {
     for file in files {
         catalogue.join(Catalogue::read(&file, rig)?)?;
     }
-    catalogue.extends_what_there_is()?;
+    extends_what_there_is(&catalogue)?;
     Ok(catalogue)
+}
+
+/// Checks that every candidate that extends another extends one that there is: else no model would have it.
+fn extends_what_there_is(catalogue: &Catalogue) -> Result<(), StudyError> {
+    let of_none = |c: &&Candidate| c.extends.as_ref().is_some_and(|id| catalogue.get(id).is_none());
+    let Some(first) = catalogue.candidates().iter().find(of_none) else { return Ok(()) };
+    let name = first.extends.clone().unwrap_or_default();
+    let known = crate::source::listed(catalogue.candidates().iter().map(|c| c.id.as_str()));
+    let (file, line) = catalogue.place(&first.id).unwrap_or_default();
+    let problem = Box::new(StudyProblem::Unknown { what: "candidate for `extends`", name, known });
+    Err(StudyError { file: file.into(), line: Some(line), problem })
 }

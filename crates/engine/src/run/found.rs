@@ -136,8 +136,8 @@ impl Checks {
         self.sums.iter().filter_map(one).collect()
     }
 
-    /// That what is missing leaves most of the residuals beyond their noise as they are, in a sentence without
-    /// its stop: half of what chi squared has above its mean is the gain that would explain them.
+    /// That what is missing leaves most of the residuals beyond their noise as they are, in a sentence
+    /// without its stop: half of what chi-squared has above its mean is the gain that would explain them.
     #[must_use]
     pub fn unexplained(&self, missing: &Missing) -> Option<String> {
         let too_large = self.sums.iter().filter(|s| s.probability.is_some_and(|p| p < Self::NEVER));

@@ -6,8 +6,9 @@
 //! at the fit, and noise that floats is chosen again ([`rijke_inference::Linearised::moved_with_noise`]):
 //! that is what ln evidence changes by, and the lead over the next model by the difference of the two.
 //! Earlier stages would have found other values with the length: by how much their parameters, channels and
-//! shared errors move, and with them the means from which this stage starts, goes through g. Places of microphones are asked about in
-//! stages that stand alone: they may make an earlier stage choose another model (docs/records/designs.md).
+//! shared errors move, and with them the means from which this stage starts, goes through g. Places of
+//! microphones are asked about in stages that stand alone: they may make an earlier stage choose another
+//! model (docs/records/designs.md).
 
 use super::course::{Chosen, Run};
 use super::found::{ExactLengths, LengthError, MovingLength};

@@ -47,8 +47,8 @@ pub(super) const UNIDENTIFIED: f64 = 0.9;
 /// Standard deviations of its prior beyond which a parameter contradicts what was known before.
 const CONFLICT: f64 = 4.0;
 
-/// Distances of the ends of an interval from the value, their difference over their sum, from which a standard
-/// deviation alone is no description: two of it reach beyond a bound of 0 for a logarithm known to 0.5.
+/// Distances of the ends of an interval from the value, their difference over their sum, from which a
+/// standard deviation alone is no description: that of a logarithm known to 0.2.
 const SKEWED: f64 = 0.1;
 
 /// Correlation from which two parameters are said to be told together.

@@ -143,7 +143,7 @@ fn message_a_damaged_model_is_refused_and_predictions_say_whose_temperature_they
     let (code, text) = said(&folder, &predict);
     assert_eq!(code, Some(0), "{text}");
     assert!(
-        text.contains("K: that of e") && text.contains(", the nearest point, with the campaign's"),
+        text.contains("K: as at e") && text.contains(", the nearest point, with the campaign's"),
         "{text}"
     );
     // Modes of a point whose parts the stage knows, and of one with a gauze.

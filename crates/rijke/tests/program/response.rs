@@ -146,5 +146,5 @@ fn message_the_rig_of_a_study_is_no_network_file() {
     let output = rijke(&folder, &["response", "rig.toml"]);
     let error = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(2), "{error}");
-    assert!(error.contains("rig.toml") && error.contains("`rijke modes` with --point ID"), "{error}");
+    assert!(error.contains("rig.toml") && error.contains("`rijke modes DIR --point ID`"), "{error}");
 }

@@ -140,7 +140,7 @@ fn message_noise_and_priors_that_the_data_contradict_are_said() {
     let (code, _, error) = told(&folder, &["rank", ".", "--force"]);
     assert_eq!(code, Some(0), "{error}");
     assert!(
-        error.contains("warning: bore lies") && error.contains("sd of its prior from what was known before"),
+        error.contains("warning: bore lies") && error.contains("sd of its prior from the prior mean"),
         "{error}"
     );
 }

@@ -3,19 +3,18 @@
 
 use super::diagnosis;
 use super::fairest::APART_HZ;
-use super::fit::{Start, fit_whitened};
+use super::from_start::{Start, fit_whitened};
 use super::heard::Heard;
 use super::judged::Fitted;
 use super::options::PingOptions;
 use super::resolution::deviation;
 use super::ringing;
+use super::silence::MIN_QUIET;
 use super::whitened::{Noise, Whitened};
 use crate::dsp::noise::{MAX_HARMONIC, Whitener, remove_hum};
 use crate::{Fault, Trace};
 use rijke_numerics::C64;
 
-/// Fewest samples of the quiet part from which the noise is learnt; with fewer, it is learnt from residuals.
-pub(super) const MIN_QUIET: usize = 256;
 /// With fewer samples of the quiet part than these the colour of the noise is learnt from the residuals of a
 /// first fit, too: from a few hundred it is known so badly that intervals cover 88 % instead of 95 %.
 const SHORT_QUIET: usize = 1500;

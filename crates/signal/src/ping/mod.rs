@@ -11,6 +11,7 @@ mod fairest;
 mod fit;
 mod forcing;
 mod found;
+mod from_start;
 mod heard;
 mod judged;
 mod learnt;

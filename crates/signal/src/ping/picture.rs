@@ -1,7 +1,7 @@
 //! The numbers of pictures of a fit: to be drawn, not to be computed with.
 
 use super::found::PingFit;
-use super::learnt::MIN_QUIET;
+use super::silence::MIN_QUIET;
 use crate::Trace;
 use rijke_numerics::C64;
 

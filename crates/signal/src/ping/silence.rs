@@ -3,6 +3,9 @@
 use crate::trace::about_a_line;
 use crate::{Fault, Trace};
 
+/// Fewest samples of the quiet part from which the noise is learnt; with fewer, it is learnt from residuals.
+pub(super) const MIN_QUIET: usize = 256;
+
 /// Stretches of the silence that are compared, and the share of them from which the level of silence is
 /// learnt: the quietest.
 const STRETCHES: usize = 16;

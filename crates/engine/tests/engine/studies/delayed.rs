@@ -193,7 +193,7 @@ fn message_a_role_that_no_stage_names_and_a_unit_with_a_prefix_are_said() {
     std::fs::write(&path, text.replacen("\"heat\"", "\"haet\"", 1)).unwrap();
     let said = Study::open(&folder.0).unwrap().unused().join("; ");
     assert!(
-        said.contains("heat.toml, line 2: candidate `inverse` has the role `haet`, which no stage"),
+        said.contains("heat.toml, line 2: candidate `inverse` is not used, because no stage and no question names its role `haet`"),
         "{said}"
     );
     std::fs::write(&path, text.replacen("unit = \"s\"", "unit = \"ms\"", 1)).unwrap();

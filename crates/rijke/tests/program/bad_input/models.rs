@@ -47,7 +47,7 @@ pub(super) const CASES: [Case; 31] = [
         "extension of no candidate",
         |d| own(d, "role = ", "extends = \"rods\"\nrole = "),
         RANK,
-        ["own.toml, line 1", "there is no candidate for `extends` called `rods`", "known: "],
+        ["own.toml, line 2", "there is no candidate for `extends` called `rods`", "known: "],
     ),
     case(
         "formula that ends too soon",
