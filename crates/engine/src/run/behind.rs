@@ -48,7 +48,7 @@ mod tests {
         let (far, near) = (of(0.64), of(0.21));
         let said = behind_by_a_prior(&[("b", Some(10.0), &near), ("a", Some(-73.0), &far)]);
         assert!(said.len() == 1 && said[0].starts_with("only its priors put a 83.0 nats behind"), "{said:?}");
-        assert!(said[0].contains("put a 22.0 sd of its prior"), "{said:?}");
+        assert!(said[0].contains("move a by 22.0 sd of its prior"), "{said:?}");
         assert!(said[0].contains("costs about 242 nats"), "{said:?}");
         // The first place is lost by less than 22^2/2 nats.
         let behind = |by: f64| behind_by_a_prior(&[("b", Some(0.0), &near), ("a", Some(-by), &far)]).len();
