@@ -19,14 +19,15 @@ use std::path::PathBuf;
 /// model.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  rijke check examples/quarter-wave\n  rijke check my-rig --names\n\n\
-    Says, for every model of every stage, which parameters the measurements would leave as uncertain as the priors: to first order at\n\
-    the centre of the priors, on top of the first model of each earlier stage. Works before anything is recorded. Stages that train on\n\
+    For every model of every stage it says which parameters the measurements cannot determine (posterior as wide as the prior). The\n\
+    estimate is to first order at the centres of the priors; the first model of each earlier stage stands for that stage. It works\n\
+    before anything is recorded. Stages that train on\n\
     responses are judged by the frequencies that were measured, with the stated noise, at the centre of the priors and half a standard\n\
     deviation beside it.")]
 pub(crate) struct Args {
     /// Folder of the study, or of records with their manifest.toml.
     dir: PathBuf,
-    /// List what the formulas of this study may name, with units, instead.
+    /// Instead, list all names that formulas of this study may use, with their units.
     #[arg(long)]
     names: bool,
     /// Noise of one operating point, model error included: growth rate (1/s), angular frequency (rad/s),

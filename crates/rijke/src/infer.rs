@@ -27,11 +27,11 @@ pub(crate) struct Args {
     /// with its standard deviation, and a column for every factor that the files name.
     #[arg(long, value_name = "CSV")]
     data: PathBuf,
-    /// Write the file with the most evidence, its unknowns at their most probable values (factors as in the
-    /// row whose mode grows most by the model).
+    /// Write the network with the most evidence. Unknowns take their most probable values, and factors those
+    /// of the row with the largest predicted growth rate.
     #[arg(long, value_name = "FILE")]
     fitted: Option<PathBuf>,
-    /// Write the file with the most evidence and the data as the folder of a study.
+    /// Write the network with the most evidence and the data as the folder of a study.
     #[arg(long, value_name = "DIR")]
     study: Option<PathBuf>,
     /// Search for one maximum of each posterior, and check nothing. This is faster, and wrong where a

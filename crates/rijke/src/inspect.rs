@@ -6,7 +6,7 @@ use rijke_rig::{FileContents, inspect};
 use serde_json::json;
 use std::path::PathBuf;
 
-/// List what a file holds, channel by channel: to see which microphone is which before a manifest is written.
+/// List the channels of a record with their levels, to find out which channel is which microphone.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  rijke inspect C3-35/ping-00.wav\n  rijke inspect run-7.mat\n\n\
     Reads WAV, text with one column per channel, MATLAB 5 to 7.3, and HDF5.")]

@@ -10,8 +10,8 @@ use rijke_study::Campaign;
 use serde_json::json;
 use std::path::{Path, PathBuf};
 
-/// Record a campaign in the virtual laboratory: raw microphone records of pings and clicks, or of sweeps, as
-/// WAV files with a manifest, exactly as `rijke process` reads them from a real rig.
+/// Simulate a measurement campaign: microphone records of pings and clicks, or of sweeps, as WAV files with a
+/// manifest, in the format that `rijke process` reads.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  rijke lab --out virtual-rig --row C3 --repeats 4\n  \
     rijke lab --out my-study/records --row C3 --repeats 4 --sweep 80 800")]

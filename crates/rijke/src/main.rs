@@ -29,7 +29,7 @@ mod trust;
 mod ui;
 mod watch;
 
-/// From microphone records of a thermoacoustic rig to a physics-based model with known uncertainty, chosen by
+/// Fit physics-based models to microphone records of a thermoacoustic rig, and rank them by Bayesian
 /// evidence.
 #[derive(Parser)]
 #[command(name = "rijke", version, arg_required_else_help = true, max_term_width = 100)]

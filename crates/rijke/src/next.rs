@@ -31,7 +31,8 @@ pub(crate) struct Args {
     /// How many points to plan.
     #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u8).range(1..=20))]
     points: u8,
-    /// Plan for the growth rate at this point, which is not to be measured; values in SI units.
+    /// Plan the measurements that best determine the growth rate at this condition (SI units), which is not
+    /// measured itself.
     #[arg(long, value_name = "FACTOR=VALUE,...", conflicts_with = "models")]
     about: Option<String>,
     /// Plan to tell the model from its rival or, where several models are open, which of them is right.
@@ -44,8 +45,8 @@ pub(crate) struct Args {
     /// the campaign.
     #[arg(long, value_name = "X,Y", conflicts_with = "at")]
     map: Option<String>,
-    /// Growth rates and frequencies alone are measured, and no relative pressures, though these trained the
-    /// model.
+    /// Assume that the new measurements give growth rates and frequencies only, even if mode shapes trained
+    /// the model.
     #[arg(long)]
     without_pressures: bool,
     /// Judge microphones instead of points: what is lost without each, and what another would add, if every

@@ -35,13 +35,13 @@ pub(crate) struct Args {
     /// study's rig.toml, else 50].
     #[arg(long, value_name = "HZ", value_parser = number::positive)]
     mains: Option<f64>,
-    /// How equal the channels are where there are no calibration clicks at the pings' rate: the relative
-    /// standard deviation of their gains, and the standard deviation of their delays, s. The errors of the
-    /// mode shapes follow from it [default: `[microphones]` of the manifest].
+    /// Standard deviations of the relative gains and of the delays (s) of the channels, for pings without
+    /// calibration clicks at their sampling rate. The errors of the mode shapes follow from them [default:
+    /// `[microphones]` of the manifest].
     #[arg(long, num_args = 2, value_names = ["GAIN_SD", "DELAY_SD"], value_parser = positive)]
     channels: Option<Vec<f64>>,
-    /// Largest distance of a channel's gain from the median of all, relative to the median. A calibration
-    /// with a gain beyond it is refused.
+    /// Largest allowed deviation of a channel's gain from the median gain, relative to the median. A
+    /// calibration with a gain beyond it is refused.
     #[arg(long, value_name = "SHARE", default_value_t = 0.3, value_parser = positive)]
     gain_spread: f64,
     /// Draw the first accepted ping and click of every operating point, every rejected record and the delays

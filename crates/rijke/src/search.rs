@@ -25,11 +25,12 @@ pub(crate) struct Args {
     /// The stage at which combinations end [default: the one that stands on most stages].
     #[arg(long, value_name = "STAGE")]
     stage: Option<String>,
-    /// Give up a model, and all that stands on it, if it trails the greedy choice by more than this: after
-    /// its own stage, and also after the last stage when the greedy choice's later candidates follow it.
+    /// Prune a model, and all combinations with it, if its ln evidence is more than this below that of the
+    /// stage-by-stage choice twice: after its own stage, and after the last stage with the later candidates
+    /// of that choice.
     #[arg(long, value_name = "NATS", default_value_t = 20.0, value_parser = number::not_negative)]
     within: f64,
-    /// Give up no model.
+    /// Prune nothing.
     #[arg(long, conflicts_with = "within")]
     every: bool,
     /// Train only shard K of N.

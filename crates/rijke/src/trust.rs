@@ -8,8 +8,8 @@ use rijke_numerics::Failed;
 /// How far evidences are checked.
 #[derive(Clone, Copy, clap::Args)]
 pub(crate) struct Trust {
-    /// Search for one maximum of each posterior only, and check nothing: faster, and wrong where there are
-    /// several.
+    /// Search for one maximum of each posterior, and skip the checks of the evidence. Faster; wrong where a
+    /// posterior has several maxima.
     #[arg(long, conflicts_with = "sampler")]
     one_start: bool,
     /// Compare every evidence with a slow method that needs no Gaussian approximation.

@@ -26,8 +26,8 @@ pub(crate) struct Args {
     /// Folder of OSCILOS_lite text inputs (Geometry.txt and so on), or one that holds them in Inputs.
     #[arg(long, value_name = "DIR")]
     oscilos: Option<PathBuf>,
-    /// An operating point of a study: its modes by the model that was ranked, else by the first candidates at
-    /// the centre of their priors.
+    /// Operating point of a study. The modes are those of the ranked model; before ranking, those of the
+    /// first candidate of each role at the centres of the priors.
     #[arg(long, value_name = "ID", conflicts_with = "oscilos")]
     point: Option<String>,
     /// The stage whose model is taken [default: the last ranked one that has the point; where none has it,

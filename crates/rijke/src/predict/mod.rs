@@ -37,8 +37,8 @@ pub(crate) struct Args {
     /// The stage whose model predicts [default: the last].
     #[arg(long, value_name = "ID")]
     stage: Option<String>,
-    /// Values of factors and their errors (X, X_sd), of T_amb and of T_amb_sd in SI units, and the day whose
-    /// error of T_amb it shares; may be repeated.
+    /// Operating condition in SI units: factors (X=), their standard deviations (X_sd=), T_amb= and
+    /// T_amb_sd=. With day=NAME it shares the error of T_amb of that day. May be repeated.
     #[arg(long, value_name = "FACTOR=VALUE,...")]
     at: Vec<String>,
     /// Predict over a grid of two factors, between the lowest and the highest value of each in the campaign,
