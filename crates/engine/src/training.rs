@@ -368,6 +368,12 @@ impl Trained {
         self.values.iter().zip(at).zip(self.sd()).any(far)
     }
 
+    /// By how much the value of parameter `j` changes with its working coordinate, where it is most probable.
+    pub(crate) fn slope(&self, j: usize) -> f64 {
+        let p = &self.parameters[j];
+        p.physical(p.working(self.values[j]))[1]
+    }
+
     /// Standard deviation of each parameter.
     #[must_use]
     pub fn sd(&self) -> Vec<f64> {

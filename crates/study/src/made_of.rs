@@ -73,12 +73,16 @@ impl MadeOf {
         rijke_numerics::write_whole(&made.join(Self::FILE), text.as_bytes())
     }
 
+    /// What the folder `made` says of it; none where it says nothing that can be read.
+    fn read(made: &Path) -> Option<Self> {
+        let text = rijke_numerics::read_text(&made.join(Self::FILE)).ok()?;
+        serde_json::from_str(&text).ok()
+    }
+
     /// The files that are not what they were, those that came and those that went; none where nothing says
     /// what `made` was made of.
     fn changed(made: &Path, now: impl Fn() -> io::Result<Self>) -> Vec<String> {
-        let before = rijke_numerics::read_text(&made.join(Self::FILE)).ok();
-        let before = before.and_then(|text| serde_json::from_str::<Self>(&text).ok());
-        let Some(Self(before)) = before.filter(|_| made.is_dir()) else { return Vec::new() };
+        let Some(Self(before)) = Self::read(made).filter(|_| made.is_dir()) else { return Vec::new() };
         let Ok(Self(now)) = now() else { return Vec::new() };
         let names: BTreeSet<&String> =
             before.keys().chain(now.keys()).filter(|name| *name != TEMPERATURES).collect();
@@ -92,9 +96,7 @@ const TEMPERATURES: &str = "T_amb of campaign.csv";
 /// Whether the ambient temperatures in a folder of observations are those that the campaign had when its
 /// records were processed.
 pub(crate) fn has_temperatures_of_campaign(observations: &Path) -> bool {
-    let text = rijke_numerics::read_text(&observations.join(MadeOf::FILE)).ok();
-    let made_of = text.and_then(|text| serde_json::from_str::<MadeOf>(&text).ok());
-    made_of.is_some_and(|of| of.0.contains_key(TEMPERATURES))
+    MadeOf::read(observations).is_some_and(|of| of.0.contains_key(TEMPERATURES))
 }
 
 /// What a study is made of, wherever it comes from.

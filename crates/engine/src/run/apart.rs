@@ -49,6 +49,13 @@ impl Common {
         if self == Self::Day { &point.day } else { &point.installation }
     }
 
+    /// The observations by what they have in common.
+    fn groups<'a>(self, all: impl Iterator<Item = Held<'a>>) -> BTreeMap<&'a str, Vec<Held<'a>>> {
+        let mut groups: BTreeMap<&str, Vec<Held<'a>>> = BTreeMap::new();
+        all.for_each(|t| groups.entry(self.name(&t)).or_default().push(t));
+        groups
+    }
+
     /// The day or installation that lies farthest apart, if any does, in its angular frequencies, or else its
     /// growth rates; `sd` is the standard deviation of what was measured. Where groups `vary` by a noise that
     /// the stage states, one is compared with the scatter of all others.
@@ -78,12 +85,8 @@ impl Common {
             let spread = ((own[1] + all[1]) / freedom).sqrt().max(sd / size);
             let mut error = spread * (1.0 / here.len() as f64 + 1.0 / others.len() as f64).sqrt();
             if vary {
-                let mut means: BTreeMap<&str, Vec<f64>> = BTreeMap::new();
-                others
-                    .iter()
-                    .for_each(|t| means.entry(self.name(t)).or_default().push((t.1 - t.2) / unit(t)));
-                let means = means.into_values().map(|all| all.iter().sum::<f64>() / all.len() as f64);
-                let means: Vec<f64> = means.collect();
+                let mean = |of: Vec<Held<'_>>| mean_and_squares(of.iter().map(|t| (t.1 - t.2) / unit(t)))[0];
+                let means: Vec<f64> = self.groups(others.iter().copied()).into_values().map(mean).collect();
                 if means.len() < FEWEST[1] {
                     return None;
                 }
@@ -127,11 +130,10 @@ fn ambient(o: &Observed) -> [f64; 2] {
 /// each other where each is compared with all others, and each counts as many points though it has one
 /// error.
 pub(super) fn scattered_days(there: &[Held<'_>], sd: f64, named: &[Apart<'_>]) -> Option<String> {
-    let mut days: BTreeMap<&str, Vec<Held<'_>>> = BTreeMap::new();
-    let counts = |t: &&Held<'_>| !named.iter().any(|group| group.has(&t.0.conditions.id));
-    for t in there.iter().filter(counts).filter(|t| !Common::Day.name(t).is_empty()) {
-        days.entry(Common::Day.name(t)).or_default().push(*t);
-    }
+    let counts = |t: &Held<'_>| {
+        !Common::Day.name(t).is_empty() && !named.iter().any(|group| group.has(&t.0.conditions.id))
+    };
+    let days = Common::Day.groups(there.iter().copied().filter(counts));
     let all: Vec<Held<'_>> = days.values().flatten().copied().collect();
     let (n, g) = (all.len() as f64, days.len() as f64);
     if days.len() < 3 || n < 2.0 * g {

@@ -37,8 +37,7 @@ const SHAPES: f64 = 0.1;
 
 /// Reasons to doubt a model whose growth rates and angular frequencies at the points are `predicted`;
 /// `misfit` is what it leaves of growth rate, angular frequency and pressures, and `floats` whether the first
-/// two were found, not stated; and whether the stage has a noise
-/// between installations.
+/// two were found, not stated. `installations_vary` where the stage states a noise between installations.
 pub(super) fn doubts(
     observed: &[Observed],
     predicted: &[[f64; 2]],

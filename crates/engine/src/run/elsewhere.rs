@@ -79,7 +79,7 @@ pub fn over_map(
         let values = &grid.values[k];
         0.5 * (values.first().unwrap_or(&f64::NAN) + values.last().unwrap_or(&f64::NAN))
     };
-    let (_, like) = given_and_like(campaign, among, &node(middle(0), middle(1)))?;
+    let (_, like) = given_and_like(study, among, &node(middle(0), middle(1)))?;
     let row = |y: &f64| {
         let of = |x: &f64| AskedPoint { like: Some(like), ..node(*x, *y) };
         grid.values[0].iter().map(of).collect::<Vec<_>>()
@@ -108,7 +108,7 @@ pub fn with_points<A: Clone + Into<AskedPoint>>(
     let mut places = Vec::new();
     for asked in asked {
         let asked: AskedPoint = asked.clone().into();
-        let (given, like) = given_and_like(campaign, among, &asked)?;
+        let (given, like) = given_and_like(study, among, &asked)?;
         let like = &campaign.points[like];
         let name = asked.name();
         let mut point = Point {
@@ -182,7 +182,7 @@ pub fn nearest<'a>(
     among: &Selection,
     asked: &AskedPoint,
 ) -> Result<&'a Point, EngineError> {
-    given_and_like(&study.campaign, among, asked).map(|(_, like)| &study.campaign.points[like])
+    given_and_like(study, among, asked).map(|(_, like)| &study.campaign.points[like])
 }
 
 fn failed(campaign: &Campaign, what: String) -> EngineError {
@@ -192,10 +192,11 @@ fn failed(campaign: &Campaign, what: String) -> EngineError {
 
 /// The factors that a condition gives, by their places, and the place of the point of which it has all else.
 fn given_and_like(
-    campaign: &Campaign,
+    study: &Study,
     among: &Selection,
     asked: &AskedPoint,
 ) -> Result<(Vec<(usize, f64)>, usize), EngineError> {
+    let Study { campaign, rig, .. } = study;
     let fail = |what: String| Err(failed(campaign, what));
     let mut given = Vec::new();
     for (name, value) in &asked.values {
@@ -226,9 +227,9 @@ fn given_and_like(
         let [low, high] = range_of(campaign, k);
         // A unit of another size is further away than any sound extrapolation.
         let reach = FARTHEST * (high - low).max(low.abs()).max(high.abs());
-        // What puts a part into the rig or takes it out is 0 or 1, at whatever points it was measured.
-        let switches = *value == 0.0 || (*value == 1.0 && campaign.factors[k].unit == "1");
-        if !switches && (*value < low - reach || *value > high + reach) {
+        // A part that no point has, or all have, may be put in or taken out.
+        let switches = rig.parts.iter().any(|part| rig.presence(part) == Some(k));
+        if !(switches && [0.0, 1.0].contains(value)) && (*value < low - reach || *value > high + reach) {
             let unit = campaign.factors[k].unit_in_print();
             return fail(format!(
                 "{name} = {value} {unit} is far from every point of the campaign ({low} to {high} {unit}): numbers are in SI units; if it is meant, write it as a row of campaign.csv \

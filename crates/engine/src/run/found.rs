@@ -136,10 +136,11 @@ impl Checks {
         self.sums.iter().filter_map(one).collect()
     }
 
-    /// That what is missing leaves most of the residuals beyond their noise as they are, in a sentence
-    /// without its stop: half of what chi-squared has above its mean is the gain that would explain them.
+    /// How little of what residuals have beyond their noise the missing terms explain, in a sentence without
+    /// its stop; none where they explain half or more. All of it is half of what chi-squared has above its
+    /// mean, in nats.
     #[must_use]
-    pub fn unexplained(&self, missing: &Missing) -> Option<String> {
+    pub(super) fn unexplained(&self, missing: &Missing) -> Option<String> {
         let too_large = self.sums.iter().filter(|s| s.probability.is_some_and(|p| p < Self::NEVER));
         let beyond: f64 = too_large.map(|s| 0.5 * (s.chi_squared - s.count as f64)).sum();
         let asked = missing.families.iter().take_while(|f| f.beyond.1 <= Missing::CHANCE);

@@ -68,18 +68,14 @@ impl Run {
             for (k, ((stage, chosen), here)) in chain.iter().zip(&stated).enumerate() {
                 let there = self.predicted(study, stage, chosen, &drift, step)?;
                 let trained = &chosen.trained;
-                // Errors that all installations share and channels start from what earlier stages found, too.
-                let slope = |j: usize| {
-                    let p = &trained.parameters[j];
-                    p.physical(p.working(trained.values[j]))[1]
-                };
+                // The model's parameters moved with the prediction; shared errors and channels move here.
                 let shared = |j: usize| {
                     let known = drift.iter().find(|(name, _)| *name == trained.parameters[j].name);
-                    known.filter(|_| j >= trained.own).map_or(0.0, |(_, by)| by / slope(j))
+                    known.filter(|_| j >= trained.own).map_or(0.0, |(_, by)| by / trained.slope(j))
                 };
                 let shared: Vec<f64> = (0..trained.parameters.len()).map(shared).collect();
-                let by_these = trained.linear.0.predicts(&shared);
-                let less: Vec<f64> = (there.iter().zip(here).zip(&by_these))
+                let by_shared = trained.linear.0.predicts(&shared);
+                let less: Vec<f64> = (there.iter().zip(here).zip(&by_shared))
                     .map(|((there, here), more)| (here - there) / step - more)
                     .collect();
                 if k + 2 >= chain.len() {
@@ -87,7 +83,7 @@ impl Run {
                     continue;
                 }
                 for (j, z) in trained.linear.0.moved(&less).step.iter().enumerate() {
-                    let (p, moved) = (&trained.parameters[j], z * slope(j));
+                    let (p, moved) = (&trained.parameters[j], z * trained.slope(j));
                     match drift.iter_mut().find(|(name, _)| *name == p.name) {
                         Some((_, known)) => *known += moved,
                         None => drift.push((&p.name, moved)),
@@ -175,7 +171,7 @@ fn moving(what: &str, (model, chosen): &(ModelRecord, Chosen), less: &[f64]) -> 
     let one = |(j, z): (usize, &f64)| {
         let p = &trained.parameters[j];
         let sd = model.parameters.iter().find(|known| known.name == p.name)?.sd;
-        Some((z * p.physical(p.working(trained.values[j]))[1] / sd, p.name.clone()))
+        Some((z * trained.slope(j) / sd, p.name.clone()))
     };
     let all = steps.iter().enumerate().take(trained.own).filter_map(one);
     let (per_metre, parameter) = all.max_by(|a, b| a.0.abs().total_cmp(&b.0.abs()))?;

@@ -188,6 +188,13 @@ impl StageRecord {
         self.carried.iter().map(|c| (c, c.ln_evidence.map(|ln| ln - best))).collect()
     }
 
+    /// How little of what residuals have beyond their noise the missing terms explain, in a sentence without
+    /// its stop; none where they explain half or more.
+    #[must_use]
+    pub fn unexplained(&self) -> Option<String> {
+        self.checks.as_ref()?.unexplained(self.missing.as_ref()?)
+    }
+
     /// Which models the stage leaves open without carrying them on, in a sentence; none where all open ones
     /// were carried on, or none had to be.
     #[must_use]
@@ -252,6 +259,7 @@ impl MeasuredRecord {
 pub(super) fn misfit(trained: &Trained) -> [f64; 3] {
     Misfit::of(&trained.noise).measured
 }
+
 /// As [`StageRecord::not_carried`].
 pub(super) fn not_carried(models: &[ModelRecord], carried: &[CarriedOn], decides: f64) -> Option<String> {
     let best = models.iter().map(ModelRecord::ln_evidence).fold(f64::NEG_INFINITY, f64::max);

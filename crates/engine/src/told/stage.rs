@@ -85,8 +85,7 @@ pub fn tell_stage(stage: &StageRecord, tell: &dyn Tell) {
     }
     if let Some(missing) = &stage.missing {
         still_asked(missing, tell);
-        let unexplained = stage.checks.as_ref().and_then(|checks| checks.unexplained(missing));
-        unexplained.iter().for_each(|said| tell.say(format!("      {said}")));
+        stage.unexplained().iter().for_each(|said| tell.say(format!("      {said}")));
     }
 }
 

@@ -59,9 +59,9 @@ pub(super) fn section(stage: &StageRecord) -> String {
         )
     };
     let rows: String = missing.families.iter().map(row).collect();
-    let unexplained = stage.checks.as_ref().and_then(|checks| checks.unexplained(missing));
-    let unexplained =
-        unexplained.map_or_else(String::new, |said| format!("<p>{}.</p>\n", html(&capitalised(&said))));
+    let unexplained = stage
+        .unexplained()
+        .map_or_else(String::new, |said| format!("<p>{}.</p>\n", html(&capitalised(&said))));
     format!(
         "<h3 id=\"{}-missing\">What these data still ask for</h3>\n<p>{sentence} A term describes what is missing. It is no cause: the data cannot tell it \
          from those of its family, and what is there may be in no library.</p>\n{unexplained}<details{}><summary>The terms</summary><div class=\"wide\"><table><thead><tr><th>term</th><th>strength</th><th>gain \

@@ -123,8 +123,7 @@ impl Sequence {
         let (linear, change) = (&trained.linear.0, changes(place, chosen, &self.stage, now));
         let moved = linear.moved(&change);
         let working = |k: usize| trained.parameters[k].working(trained.values[k]);
-        let slopes: Vec<f64> =
-            (0..trained.values.len()).map(|k| trained.parameters[k].physical(working(k))[1]).collect();
+        let slopes: Vec<f64> = (0..trained.values.len()).map(|k| trained.slope(k)).collect();
         let mut step = moved.step;
         let (mut ln_evidence, mut sd) = (model.ln_evidence() + moved.ln_evidence, trained.sd());
         if !new.is_empty() {
