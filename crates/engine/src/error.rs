@@ -24,8 +24,8 @@ pub enum EngineError {
     },
     /// The gas at a point is not known.
     #[error(
-        "nothing is known of the gas at operating point {point}: base/states.json has no state of it; make it with `rijke flow DIR` of clicks \
-         at this point, or leave the point out of [base.states] in study.toml if its gas is ambient and at rest"
+        "nothing is known of the gas at operating point {point}: base/states.json has no state of it. `rijke flow DIR --out DIR/base` makes it of \
+         the clicks at this point; or leave the point out of [base.states] in study.toml if its gas is ambient and at rest"
     )]
     NoState {
         /// The operating point.
@@ -69,8 +69,8 @@ pub enum EngineError {
     },
     /// The mode that was measured is not one that the rig as described has.
     #[error(
-        "at operating point {point}: {measured_hz:.1} Hz was measured, the rig as described rings at {described_hz:.1} Hz{}; check \
-         its ends, lengths and temperatures, and the factors of this point",
+        "at operating point {point}: {measured_hz:.1} Hz was measured, and the nearest mode of this model at the centre of its priors has \
+         {described_hz:.1} Hz{}; if no model has a mode there, check ends, lengths, temperatures, and the factors of this point",
         dense(*measured_hz, *described_hz)
     )]
     OtherMode {
@@ -215,7 +215,7 @@ pub enum EngineError {
         second: String,
     },
     /// A parameter that the model does not have.
-    #[error("there is no parameter `{name}`; known: {known}")]
+    #[error("there is no parameter `{name}` in these models; known: {known}; look at `hold` in study.toml")]
     UnknownParameter {
         /// The name.
         name: String,
@@ -231,7 +231,7 @@ pub enum EngineError {
         found: usize,
     },
     /// The selection of a stage means no point.
-    #[error("stage `{stage}` selects no operating point of the campaign; correct its `points`")]
+    #[error("study.toml: the `points` of stage `{stage}` select no operating point of the campaign; correct them")]
     NothingSelected {
         /// The stage.
         stage: String,

@@ -3,12 +3,13 @@
 use crate::excited::{Checked, Excited};
 use crate::{Intake, OpenStudy};
 use rayon::prelude::*;
-use rijke_numerics::{Failed, Tell, words::counted};
+use rijke_numerics::words::{counted, few};
+use rijke_numerics::{Failed, Tell};
 use rijke_rig::{DataKind, Record, RecordSet, Rejection, RigError};
 use serde_json::{Value, json};
 use std::path::Path;
 
-/// At most this many wrong files are listed.
+/// At most this many faults of files are listed.
 const MOST: usize = 20;
 
 /// Reads every record of a folder, and says what it holds.
@@ -46,10 +47,8 @@ pub fn check_records(dir: &Path, open: OpenStudy<'_>, tell: &dyn Tell) -> Result
 
     let wrong: Vec<_> = read.iter().filter_map(|r| r.as_ref().err()).collect();
     if !wrong.is_empty() {
-        let shown: Vec<_> = wrong.iter().take(MOST).map(ToString::to_string).collect();
-        let rest = wrong.len().saturating_sub(MOST);
-        let rest = if rest > 0 { format!("\nand {rest} more") } else { String::new() };
-        let text = format!("{} of {} files are wrong\n{}{rest}", wrong.len(), read.len(), shown.join("\n"));
+        let are = if wrong.len() == 1 { "file is" } else { "files are" };
+        let text = format!("{} of {} {are} wrong\n{}", wrong.len(), read.len(), by_fault(&wrong).join("\n"));
         return Err(Failed::bad_input(text)
             .at(dir)
             .remedy("Mend each file as its line says, or take it out of the manifest; then check again."));
@@ -107,5 +106,41 @@ fn describe(set: &RecordSet, tell: &dyn Tell) {
             calibration.stretch.rate_hz,
             set.days[calibration.day].id
         ));
+    }
+}
+
+/// Every fault once, by the first file that has it, with the other files that do. A fault is what stands
+/// behind the name of the file.
+fn by_fault(wrong: &[impl ToString]) -> Vec<String> {
+    let mut faults: Vec<(String, String, Vec<String>)> = Vec::new();
+    for whole in wrong.iter().map(ToString::to_string) {
+        let (file, fault) = whole.split_once(": ").unwrap_or(("", &whole));
+        match faults.iter_mut().find(|(_, known, _)| known == fault) {
+            Some((.., files)) => files.push(file.to_owned()),
+            None => faults.push((whole.clone(), fault.to_owned(), Vec::new())),
+        }
+    }
+    let rest = faults.len().saturating_sub(MOST);
+    let said = faults.into_iter().take(MOST).map(|(first, _, others)| match others.len() {
+        0 => first,
+        n => format!("{first}\n  the same of {}: {}", counted(n, "other file"), few(&others, 3)),
+    });
+    said.chain((rest > 0).then(|| format!("and {}", counted(rest, "other fault")))).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn message_a_fault_of_several_files_is_said_once() {
+        let wrong = ["a.wav: no full scale", "b.wav: no full scale", "c.wav: not a WAV file", "d.wav: no full scale"];
+        let said = by_fault(&wrong);
+        assert_eq!(
+            said,
+            ["a.wav: no full scale\n  the same of 2 other files: b.wav, d.wav", "c.wav: not a WAV file"]
+        );
+        let many: Vec<String> = (0..25).map(|k| format!("{k}.wav: fault {k}")).collect();
+        assert_eq!(by_fault(&many).last().unwrap(), "and 5 other faults");
     }
 }

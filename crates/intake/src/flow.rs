@@ -107,6 +107,11 @@ impl InferredFlow {
 
     /// From the mean clicks of settled operating points.
     fn of_observations(folder: &Path, options: &FlowOptions, tell: &dyn Tell) -> Result<Self, Failed> {
+        if !folder.join("rig.toml").is_file() {
+            let remedy = "`rijke flow` is for clicks of a heated tube, of which `rijke process` writes rig.toml beside the observations. A study with \
+                [base.heated-flow] or [base.measured] needs none: `rijke rank` infers its gas from the readings.";
+            return Err(Failed::bad_input("there is no rig.toml beside these observations").at(folder).remedy(remedy));
+        }
         let observations = TubeObservations::read(folder).or_bad_input()?;
         if folder.join(PROFILES).is_file() {
             let states = read_profiles(folder, &observations).or_bad_input()?;
@@ -123,8 +128,9 @@ impl InferredFlow {
         let runs = runs.or_bad_input().map_err(|f| f.at(folder))?;
         if runs.is_empty() {
             let message = "no heated operating point with clicks or readings, so there is no flow to infer";
-            let remedy = "Process the clicks of a row with power (say, H30), write temperatures or speeds of sound into readings.csv beside \
-                the observations, or give a record over time with flow.toml.";
+            let remedy = "Process the clicks of points with power, write temperatures or speeds of sound into readings.csv beside the \
+                observations, or give a record over time with flow.toml. Before anything is heated, `rijke rank DIR --until STAGE` trains the \
+                stages at rest.";
             return Err(Failed::bad_input(message).at(folder).remedy(remedy));
         }
         let progress = tell.progress("places of the heat source", runs.len() as u64);
@@ -145,6 +151,9 @@ impl InferredFlow {
 
     /// From samples over time.
     fn over_time(dir: &Path, options: &FlowOptions, tell: &dyn Tell) -> Result<Self, Failed> {
+        if !dir.is_dir() {
+            return Err(Failed::bad_input("there is no such folder").at(dir).remedy("Name a folder of observations or of a record over time."));
+        }
         let records = Records::read(dir).map_err(|error| {
             let remedy = match error {
                 FlowError::InLine { .. } | FlowError::InRun { .. } => "Correct the file. Samples lie at equal intervals, so none can be left out.",

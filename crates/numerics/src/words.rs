@@ -122,8 +122,34 @@ pub fn of_toml(message: &str) -> String {
         _ if ["invalid mantissa", "invalid fraction"].iter().any(|said| message.contains(said)) => {
             format!("{message}: a number has a digit on both sides of its point, as 0.3 and 3.0")
         }
+        _ if message.starts_with("invalid type: ") => of_another_type(&message).unwrap_or(message),
         _ => message,
     }
+}
+
+/// `invalid type: string "x", expected f64` in words of the file.
+fn of_another_type(message: &str) -> Option<String> {
+    let (found, wanted) = message.strip_prefix("invalid type: ")?.split_once(", expected ")?;
+    let value = found.split_once(' ').map(|(kind, rest)| rest.strip_prefix("point ").unwrap_or(if kind == "unit" { "" } else { rest }));
+    let found = match found.split(' ').next()? {
+        "sequence" => "a list".to_owned(),
+        "map" => "a table".to_owned(),
+        "string" => format!("the text {}", value?),
+        _ => value?.trim_matches('`').to_owned(),
+    };
+    let wanted = match wanted {
+        "f64" | "f32" => "a number",
+        "usize" | "u8" | "u16" | "u32" | "u64" => "a whole number, zero or more",
+        "i8" | "i16" | "i32" | "i64" => "a whole number",
+        "a string" => "a text in quotes",
+        "a boolean" => "true or false",
+        "a sequence" => "a list in brackets",
+        "a map" => "a table",
+        wanted if wanted.starts_with("struct ") => "a table",
+        "an array of length 2" => "a list of two numbers",
+        wanted => wanted,
+    };
+    Some(format!("{found} stands where {wanted} is needed"))
 }
 
 #[cfg(test)]
@@ -151,6 +177,10 @@ mod tests {
             "unknown variant `horn`, expected `duct`",
             "missing field `cite`",
             "invalid basic string",
+            "invalid type: string \"x\", expected f64",
+            "invalid type: floating point `0.1`, expected an array of length 2",
+            "invalid type: sequence, expected usize",
+            "invalid type: boolean `true`, expected a string",
         ]
         .map(of_toml);
         assert_eq!(
@@ -160,7 +190,11 @@ mod tests {
                 "there is no key `colour`; known here: length, diameter",
                 "`horn` is not known; known here: duct",
                 "the key `cite` is missing",
-                "invalid basic string"
+                "invalid basic string",
+                "the text \"x\" stands where a number is needed",
+                "0.1 stands where a list of two numbers is needed",
+                "a list stands where a whole number, zero or more is needed",
+                "true stands where a text in quotes is needed"
             ]
         );
         let few = [2, 3].map(|most| few(&["a", "b", "c"], most));

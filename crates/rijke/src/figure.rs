@@ -1,4 +1,4 @@
-//! Figures into files that an option names.
+//! Files that an option names, figures above all.
 
 use crate::ui::Ui;
 use rijke_draw::{is_file_of_figures, write_figure_as};
@@ -7,10 +7,21 @@ use std::path::{Path, PathBuf};
 
 /// The file that an option names for a figure.
 pub(crate) fn file(name: &str) -> Result<PathBuf, String> {
-    let path = PathBuf::from(name);
+    let path = any_file(name)?;
     match is_file_of_figures(&path) {
         true => Ok(path),
         false => Err("a figure is written as SVG or PDF: name a file that ends in .svg or .pdf".to_owned()),
+    }
+}
+
+/// The file that an option names for a table or a text. Its folder must be there before anything is computed.
+pub(crate) fn any_file(name: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(name);
+    match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() && !folder.is_dir() => {
+            Err(format!("there is no folder {}; make it first, or name another place", folder.display()))
+        }
+        _ => Ok(path),
     }
 }
 

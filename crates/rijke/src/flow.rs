@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 /// Infer velocity, temperature and sound speed along the tube from clicks or thermometers.
 #[derive(clap::Args)]
 #[command(
-    after_help = "Examples:\n  rijke flow virtual-rig --out base-flow\n  rijke flow --twin --out clicks && rijke flow clicks --out base-flow\n\n\
+    after_help = "Examples:\n  rijke process virtual-rig --out observations && rijke flow observations --out base-flow\n  rijke flow --twin --out clicks && rijke flow clicks --out base-flow\n\n\
     Reads DIR/observations (or DIR itself) as `rijke process` writes them: the mean clicks of settled operating points.\n\
     tube.toml beside them describes the heated tube.\n\
     Three files may lie beside them. readings.csv has thermometers or speeds of sound along the tube; they count with the clicks,\n\

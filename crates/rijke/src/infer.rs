@@ -29,7 +29,7 @@ pub(crate) struct Args {
     data: PathBuf,
     /// Write the network with the most evidence. Unknowns take their most probable values, and factors those
     /// of the row with the largest predicted growth rate.
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_parser = crate::figure::any_file)]
     fitted: Option<PathBuf>,
     /// Write the network with the most evidence and the data as the folder of a study.
     #[arg(long, value_name = "DIR")]

@@ -13,8 +13,9 @@ use std::path::{Path, PathBuf};
 /// Simulate a measurement campaign: microphone records of pings and clicks, or of sweeps, as WAV files with a
 /// manifest, in the format that `rijke process` reads.
 #[derive(clap::Args)]
-#[command(after_help = "Examples:\n  rijke lab --out virtual-rig --row C3 --repeats 4\n  \
-    rijke lab --out my-study/records --row C3 --repeats 4 --sweep 80 800")]
+#[command(after_help = "Examples:\n  rijke lab --out virtual-rig --row C3,H30 --repeats 4\n  \
+    rijke lab --out my-study/records --row C3 --repeats 4 --sweep 80 800\n\n\
+    `rijke process` reads pings and clicks from any folder, and sweeps from a study with a stage of responses.")]
 pub(crate) struct Args {
     /// Folder to write.
     #[arg(long, value_name = "DIR")]

@@ -26,6 +26,10 @@ pub(crate) struct Args {
 
 pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failed> {
     // Never replaces anything: these files are written by hand.
+    if args.dir.join("study.toml").is_file() {
+        let remedy = "Give another name; what stands there was written by hand.";
+        return Err(Failed::bad_input("holds a study already").at(&args.dir).remedy(remedy));
+    }
     let folder = StagedFolder::new(&args.dir, "study.toml", false)?;
     let mut names: Vec<&str> = Vec::new();
     for (name, text) in args.template.files() {

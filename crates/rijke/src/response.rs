@@ -61,7 +61,7 @@ const MOST: f64 = 1e6;
 pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failed> {
     let path = &args.file;
     let text = rijke_numerics::read_text(path).or_bad_input().map_err(|failure| {
-        failure.at(path).remedy("Name a network file; fixtures/networks holds examples.")
+        failure.at(path).remedy("Name a network file; docs/network-file.md shows one.")
     })?;
     let driven = read(&text).or_bad_input().map_err(|failure| {
         let failure = failure.at(path);

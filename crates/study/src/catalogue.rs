@@ -146,6 +146,10 @@ impl Catalogue {
         if self.candidates.iter().any(|c| c.role == role) {
             return Ok(());
         }
+        if self.candidates.is_empty() {
+            let need = "write the laws that compete to candidates/*.toml, each with its role";
+            return Err(StudyProblem::Empty { what: "candidate", need });
+        }
         Err(StudyProblem::Unknown { what: "role", name: role.to_owned(), known: listed(self.roles()) })
     }
 

@@ -20,6 +20,9 @@ pub struct StudyError {
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum StudyProblem {
+    /// The file is not there.
+    #[error("there is no such file; `rijke new DIR --template NAME` writes every file of a study to fill in")]
+    Absent,
     /// The file cannot be read.
     #[error("cannot be read: {0}")]
     Unreadable(std::io::Error),
@@ -50,7 +53,7 @@ pub enum StudyProblem {
     },
     /// A formula whose units do not agree.
     #[error(
-        "`{key}` at {place}: {fault}; correct the formula, the unit of a parameter, or a number in rig.toml that was written without its unit. A plain \
+        "`{key}` at {place}: {fault}; correct the formula, the unit of a parameter or of a factor of the campaign, or a number in rig.toml that was written without its unit. A plain \
          number that multiplies has no unit: one that should have, as a time, is better a number of a part, numbers = {{ lag = \"1 ms\" }}"
     )]
     UnitOfLaw {
@@ -100,7 +103,7 @@ pub enum StudyProblem {
     },
     /// What is impossible at an operating point.
     #[error(
-        "at operating point {point}: {source}; correct the formula in rig.toml, or what the campaign has for this point"
+        "at operating point {point}: {source}; correct it in rig.toml, or the factors of this point in the campaign"
     )]
     AtPoint {
         /// The operating point.
@@ -138,13 +141,21 @@ pub enum StudyProblem {
         name: String,
     },
     /// A name that nothing has.
-    #[error("there is no {what} called `{name}`; known: {known}")]
+    #[error("there is no {what} called `{name}`; {}", meant(name, known))]
     Unknown {
         /// What kind of thing.
         what: &'static str,
         /// The name.
         name: String,
         /// All names that could stand here.
+        known: String,
+    },
+    /// A stage that stands further down in the file, where only an earlier one can be named.
+    #[error("stage `{name}` does not come before this one: move it up, or name an earlier stage: {known}")]
+    Later {
+        /// The stage.
+        name: String,
+        /// All stages that could be named.
         known: String,
     },
     /// Data of other people that are not here.
@@ -227,13 +238,16 @@ pub enum StudyProblem {
     },
     /// A prior that is no probability density.
     #[error(
-        "{reason}; a number that is known exactly is no parameter: `hold = {{ {parameter} = 1.5 }}` of a stage fixes one"
+        "{reason}{}",
+        if *exact { format!("; a number that is known exactly is no parameter: `hold = {{ {parameter} = 1.5 }}` of a stage fixes one") } else { String::new() }
     )]
     Prior {
         /// The parameter.
         parameter: String,
         /// Why.
         reason: String,
+        /// Whether its standard deviation is zero.
+        exact: bool,
     },
     /// Readings that no heat and no flow have.
     #[error(
@@ -301,4 +315,13 @@ pub enum StudyProblem {
         /// What to give.
         need: &'static str,
     },
+}
+
+/// The known name nearest to one that is not, and all known ones.
+fn meant(name: &str, known: &str) -> String {
+    let all: Vec<&str> = known.split(", ").collect();
+    match rijke_numerics::words::nearest(name, &all) {
+        Some(nearest) => format!("did you mean `{nearest}`? Known: {known}"),
+        None => format!("known: {known}"),
+    }
 }

@@ -21,6 +21,9 @@ impl Source {
         let file = path.display().to_string();
         match rijke_numerics::read_text(path) {
             Ok(text) => Ok(Self { file, text }),
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
+                Err(StudyError { file, line: None, problem: Box::new(StudyProblem::Absent) })
+            }
             Err(error) => {
                 let cause = std::io::Error::other(error.to_string());
                 Err(StudyError { file, line: None, problem: Box::new(StudyProblem::Unreadable(cause)) })
@@ -47,7 +50,16 @@ impl Source {
     /// What is wrong with the text as TOML.
     pub(crate) fn wrong(&self, error: &toml::de::Error) -> StudyError {
         let at = error.span().map_or(0, |span| span.start);
-        self.fail(at, StudyProblem::Toml(of_toml(error.message())))
+        self.fail(at, StudyProblem::Toml(self.with_key(at, of_toml(error.message()))))
+    }
+
+    /// What is wrong with a value, with the key before it on its line. A message that names the key stays as
+    /// it is.
+    pub(crate) fn with_key(&self, at: usize, said: String) -> String {
+        let before = self.text.get(..at).unwrap_or_default().rsplit('\n').next().unwrap_or_default();
+        let name = before.rsplit_once('=').map(|(left, _)| left.trim_end());
+        let name = name.and_then(|left| left.rsplit([' ', ',', '{']).next()).unwrap_or_default();
+        if name.is_empty() || said.contains(" key `") { said } else { format!("`{name}`: {said}") }
     }
 
     /// Line of an offset in bytes, from 1.

@@ -58,7 +58,7 @@ impl ModeCase {
     /// `limits` where they are given.
     pub fn file(path: &Path, limits: [Option<f64>; 2]) -> Result<Self, Failed> {
         let text = rijke_numerics::read_text(path).or_bad_input().map_err(|failure| {
-            failure.at(path).remedy("Name a network file; fixtures/networks holds examples.")
+            failure.at(path).remedy("Name a network file; docs/network-file.md shows one.")
         })?;
         let mut built = match read(&text) {
             Ok(built) => built,
@@ -84,12 +84,13 @@ impl ModeCase {
     /// A rig as studies have it, with quantities, formulas and unknowns; `error` says why it is no plain
     /// network file.
     fn rig(path: &Path, text: &str, limits: [Option<f64>; 2], error: &str) -> Result<Self, Failed> {
-        const REMEDY: &str = "Give the unknown a table [unknown.NAME] with a prior; where the name is a factor of a campaign beside this file, add --point ID.";
+        const REMEDY: &str = "If the name is a factor of a campaign beside this file, add --point ID; if it is an unknown number, give it a table [unknown.NAME] with a prior.";
         let study = Study::of_rig(path).map_err(|of_the_study| {
             // A file of studies, or one whose numbers have units.
-            let text_of_a_number = error.split("invalid type: string \"").nth(1).unwrap_or_default();
+            let text_of_a_number = error.split("the text \"").nth(1).unwrap_or_default();
             let with_unit = text_of_a_number.starts_with(|c: char| c.is_ascii_digit());
-            if text.contains("[microphones]") || text.contains('$') || with_unit {
+            let of_studies = ["[microphones]", "[unknown.", "$"].iter().any(|mark| text.contains(mark));
+            if of_studies || with_unit {
                 let of_the_study = of_the_study.to_string();
                 let needs_a_point = of_the_study.contains("factor");
                 let failure = Failed::bad_input(of_the_study);

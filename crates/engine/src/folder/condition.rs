@@ -19,13 +19,14 @@ pub fn condition(flag: &str, text: &str) -> Result<AskedPoint, Failed> {
     let mut values = BTreeMap::new();
     let mut day = None;
     for part in text.split(',') {
-        let list = || wrong("not a list of factors with numbers".into());
+        let list = || wrong(format!("`{part}` is not a factor with its number"));
         let (name, value) = part.split_once('=').ok_or_else(list)?;
         let (name, value) = (name.trim(), value.trim());
         let again = if name == DAY {
             day.replace(value.to_owned()).is_some()
         } else {
-            let value = value.parse::<f64>().ok().filter(|v| v.is_finite()).ok_or_else(list)?;
+            let value = value.parse::<f64>().ok().filter(|v| v.is_finite());
+            let value = value.ok_or_else(|| wrong(format!("`{}` is not a number", part.trim())))?;
             values.insert(name.to_owned(), value).is_some()
         };
         if again {

@@ -39,7 +39,7 @@ pub fn infer_networks(
     let read = |file: &PathBuf| {
         let table = OneTable::read(file, data).or_bad_input().map_err(|failure| {
             if !file.is_file() {
-                failure.remedy("Name a network file; fixtures/networks holds examples.")
+                failure.remedy("Name a network file; docs/network-file.md shows one.")
             } else if !data.is_file() {
                 failure.remedy("Name the table of measured modes, a CSV file.")
             } else {

@@ -29,7 +29,7 @@ pub fn without_responses(study: &Study, command: &str) -> Result<(), Failed> {
     }
     Err(Failed::bad_input(format!("{command} takes no study with stages of responses, on which those of modes may stand"))
         .at(&study.folder.join("study.toml"))
-        .remedy("Take `rijke rank`, `rijke run`, `rijke predict` or `rijke next`, or keep the stages of responses in a study folder of their own."))
+        .remedy("Rank stage by stage with `rijke rank`, or keep the stages of responses in a study folder of their own."))
 }
 
 /// Refuses a study all of whose stages train on responses, for a command of modes.

@@ -7,6 +7,7 @@ use super::parameter::UNIDENTIFIED;
 use crate::rows::{Choice, Row};
 use crate::{Assembly, Conditions, EngineError, PointModel};
 use rayon::prelude::*;
+use rijke_inference::Prior;
 use rijke_network::{Response, Workspace};
 use rijke_numerics::{C64, InOrder, Matrix, Order, symmetric_eigen};
 use rijke_study::plan::Stage;
@@ -49,6 +50,8 @@ pub struct Foreseen {
     pub widths: Vec<(String, f64)>,
     /// Combinations that keep more than 0.9 of the width of the prior: in words, and that share.
     pub unidentified: Vec<(String, f64)>,
+    /// Parameters whose prior is flat. It has no centre and no width, so nothing else is foreseen.
+    pub flat: Vec<String>,
     /// Operating points at which the model, at the centre of its priors, has no mode to start from.
     pub lost: Vec<String>,
     /// Ends and walls that the rig's file and a candidate both bring, in sentences.
@@ -160,6 +163,11 @@ fn foreseen(
 ) -> Result<(Foreseen, Information), EngineError> {
     let assembly = assembly_of(study, &row.choice, &stage.hold)?;
     let list = assembly.parameters();
+    let flat: Vec<String> =
+        list.iter().filter(|p| p.prior == Prior::Flat).map(|p| p.name.clone()).collect();
+    if !flat.is_empty() {
+        return Ok((Foreseen { id: row.id(), flat, ..Foreseen::default() }, Information::default()));
+    }
     let (own, lost) = information(&assembly, (points, near), sd)?;
     let n = list.len();
     let mut total = own;
@@ -192,6 +200,7 @@ fn foreseen(
         id: row.id(),
         widths: (0..n).map(|i| (list[i].name.clone(), width(i))).collect(),
         unidentified: unidentified.map(|(k, share)| (in_words(k), share)).collect(),
+        flat,
         lost,
         doubled: doubled(study, &assembly, points)?,
     };

@@ -1,6 +1,7 @@
 //! Observations with the state of the gas under which each was made.
 
 use crate::{Conditions, Displaced, EngineError, Observed};
+use rijke_numerics::words::rounded;
 use rijke_study::plan::{Base, HeatedFlow, Selection};
 use rijke_study::{
     Cause, GasReading, HeatedFit, ObservedModes, Point, PointState, RigAtPoint, STEP, Study, StudyProblem,
@@ -129,7 +130,7 @@ pub(super) fn conditions_or_ambient(
     let fail = |source| EngineError::Rig { point: point.id.clone(), source: Box::new(source) };
     if let (Base::HeatedFlow(heated), None, Some(_)) = (&study.plan.base, inferred, ambient) {
         let flow = study.campaign.factor(&heated.flow).map_or(f64::NAN, |k| point.factors[k]);
-        let (key, value) = (heated.flow.clone(), format!("{flow} m^3/s"));
+        let (key, value) = (heated.flow.clone(), format!("{} m^3/s", rounded(flow)));
         return Err(fail(StudyProblem::Value { key, value, need: "above zero where there is power" }));
     }
     if let (Base::Measured(_), None, Some(_)) = (&study.plan.base, inferred, ambient) {

@@ -48,6 +48,11 @@ pub fn tell_foresight(study: &Study, stage: &StageForesight, tell: &dyn Tell) {
         };
         let widths = model.widths.iter().map(|(name, w)| width((name, w))).collect::<Vec<_>>().join(", ");
         tell.say(match model.widths.is_empty() {
+            _ if !model.flat.is_empty() => format!(
+                "  {}: the prior of {} is flat: it has no width that data could reduce, and this model will have no evidence",
+                model.id,
+                model.flat.join(", ")
+            ),
             true => format!("  {}: no parameters", model.id),
             false => format!(
                 "  {}: sd after these data over sd of the prior (1: not determined): {widths}",

@@ -52,7 +52,7 @@ impl Item {
             table.iter().filter_map(|(key, value)| Some((key.clone(), value.as_str()?.to_owned()))).collect();
         T::deserialize(toml::Value::Table(table)).map_err(|error| {
             let mut message = of_toml(error.message());
-            if message.starts_with("invalid type: string") && message.contains("f64") {
+            if message.starts_with("the text ") && message.ends_with("where a number is needed") {
                 let of = |(_, text): &&(String, String)| message.contains(&format!("{text:?}"));
                 if let Some((key, _)) = texts.iter().find(of) {
                     message = format!("{key}: {message}");

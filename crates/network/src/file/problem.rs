@@ -1,5 +1,7 @@
 //! What can be wrong with one element of a network file.
 
+use rijke_numerics::words::to_digits;
+
 /// What is wrong with one element.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -136,7 +138,7 @@ pub enum ElementProblem {
         high: usize,
     },
     /// A duct begins where another one still is.
-    #[error("it begins at {at} m and overlaps {other} by {by} m: move it, or shorten the other one")]
+    #[error("it begins at {at} m and overlaps {other} by {} m: move it, or shorten the other one", to_digits(*by, 6))]
     Overlap {
         /// Where it begins, m.
         at: f64,
@@ -146,7 +148,7 @@ pub enum ElementProblem {
         by: f64,
     },
     /// A duct begins beyond the end of the one before.
-    #[error("it begins at {at} m, {by} m beyond the end of what lies before it: put a duct between")]
+    #[error("it begins at {at} m, {} m beyond the end of what lies before it: put a duct between", to_digits(*by, 6))]
     Gap {
         /// Where it begins, m.
         at: f64,

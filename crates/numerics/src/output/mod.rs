@@ -94,7 +94,10 @@ impl StagedFolder {
             Err(_) => target.exists(),
         };
         if occupied && !force {
-            let remedy = "Move it away, give another name, or use --force if the command has it.";
+            let remedy = match target.join(mark).is_file() {
+                true => "Give another name, or --force, which replaces what stands there.",
+                false => "Move it away, or give another name.",
+            };
             return Err(refused(given, "exists already", remedy));
         }
         if occupied && !target.join(mark).is_file() {

@@ -55,7 +55,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "F", num_args = 1..)]
     at_hz: Vec<String>,
     /// File to write instead of printing.
-    #[arg(long, value_name = "CSV")]
+    #[arg(long, value_name = "CSV", value_parser = crate::figure::any_file)]
     out: Option<PathBuf>,
 }
 

@@ -111,7 +111,7 @@ pub fn read_readings(path: &Path, campaign: &Campaign, rig: &Rig) -> Result<Vec<
                 StudyProblem::Value {
                     key,
                     value,
-                    need: "a positive sd and a temperature above 100 K, in the units of the heading",
+                    need: "a positive sd and a temperature above 100 K; a heading without a unit is in K: say another, as in temperature [degC]",
                 },
             ));
         }

@@ -59,7 +59,9 @@ pub(crate) fn parameters(specs: Parameters, scope: &Scope) -> Outcome<Vec<(Param
         match rijke_inference::Parameters::new(vec![parameter.clone()]) {
             Ok(_) => Ok((parameter, at)),
             Err(error) => {
-                Err((at, StudyProblem::Prior { parameter: parameter.name, reason: error.to_string() }))
+                let reason = error.to_string();
+                let exact = reason.contains("sd = 0,");
+                Err((at, StudyProblem::Prior { parameter: parameter.name, reason, exact }))
             }
         }
     };

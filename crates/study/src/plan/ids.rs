@@ -21,10 +21,24 @@ pub(super) fn short_id(id: &str) -> Result<(), StudyProblem> {
     Err(StudyProblem::Value { key, value, need })
 }
 
-pub(super) fn known_stage(plan: &Plan, id: &str) -> Result<(), StudyProblem> {
+/// What a stage is called on which another one can stand: it comes before.
+pub(crate) const EARLIER: &str = "earlier stage";
+
+/// The problem, or where a stage of the file is named too early, that.
+pub(super) fn or_later(problem: StudyProblem, of_the_file: &[String]) -> StudyProblem {
+    match problem {
+        StudyProblem::Unknown { what: EARLIER, name, known } if of_the_file.contains(&name) => {
+            StudyProblem::Later { name, known }
+        }
+        problem => problem,
+    }
+}
+
+/// Refuses a name that no stage of modes has; `what` the name should be.
+pub(super) fn known_stage(plan: &Plan, what: &'static str, id: &str) -> Result<(), StudyProblem> {
     if plan.stage(id).is_some() {
         return Ok(());
     }
     let known = listed(plan.stages.iter().map(|s| s.id.as_str()));
-    Err(StudyProblem::Unknown { what: "earlier stage", name: id.to_owned(), known })
+    Err(StudyProblem::Unknown { what, name: id.to_owned(), known })
 }

@@ -84,7 +84,7 @@ impl MapFile {
     /// The map, every name of it checked.
     pub(super) fn question(self, plan: &Plan, campaign: &Campaign) -> Result<MapQuestion, StudyProblem> {
         short_id(&self.id)?;
-        known_stage(plan, &self.stage)?;
+        known_stage(plan, "stage", &self.stage)?;
         if plan.answers().any(|id| *id == self.id) {
             return Err(StudyProblem::Duplicate { what: "stage, question or map", name: self.id });
         }

@@ -141,7 +141,11 @@ impl Plan {
     fn suits(&self, question: &Question) -> Result<(), StudyProblem> {
         let name = question.id.clone();
         short_id(&name)?;
-        known_stage(self, &question.stage)?;
+        if question.stage.is_empty() {
+            let need = "name the stage that is asked: stage = \"heat\"";
+            return Err(StudyProblem::Missing { key: "stage".into(), need });
+        }
+        known_stage(self, "stage", &question.stage)?;
         if self.answers().any(|id| *id == name) {
             return Err(StudyProblem::Duplicate { what: "stage, question or map", name });
         }

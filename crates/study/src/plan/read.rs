@@ -1,6 +1,6 @@
 //! From the text of `study.toml` to a plan that names only what exists.
 
-use super::ids::{known_stage, short_id};
+use super::ids::{EARLIER, known_stage, or_later, short_id};
 use super::maps::MapFile;
 use super::stands::{counted_once, known_ground};
 use super::{Base, Cost, HeatedFlow, NoiseSpec, Plan, Prefer, SdSpec, Selection, Stage};
@@ -185,6 +185,8 @@ impl Plan {
             cost: cost.transpose()?,
             common_errors,
         };
+        let ids: Vec<String> = file.responses.iter().map(|s| s.get_ref().id.clone()).collect();
+        let ids: Vec<String> = ids.into_iter().chain(file.stage.iter().map(|s| s.get_ref().id.clone())).collect();
         for stage in file.responses {
             let at = stage.span().start;
             let stage = stage.into_inner();
@@ -192,13 +194,14 @@ impl Plan {
             let checked = stage.check(campaign, catalogue, &plan.responses);
             checked
                 .and_then(|()| rig.microphones.have(&stage.microphones))
-                .map_err(|problem| source.fail(at, problem))?;
+                .map_err(|problem| source.fail(at, or_later(problem, &ids)))?;
             plan.responses.push(stage);
         }
         for stage in file.stage {
             let at = stage.span().start;
             let check = Check { rig, campaign, catalogue };
-            let stage = check.stage(stage.into_inner(), &plan).map_err(|problem| source.fail(at, problem))?;
+            let stage = check.stage(stage.into_inner(), &plan);
+            let stage = stage.map_err(|problem| source.fail(at, or_later(problem, &ids)))?;
             let laws = plan.ends_have_laws(&stage, rig, catalogue);
             laws.map_err(|problem| source.fail(at, problem))?;
             plan.stages.push(stage);
@@ -279,7 +282,7 @@ impl Check<'_> {
         let on = file.on.list();
         let heard_through = file.heard_through.list();
         on.iter().try_for_each(|id| known_ground(plan, id))?;
-        heard_through.iter().try_for_each(|id| known_stage(plan, id))?;
+        heard_through.iter().try_for_each(|id| known_stage(plan, EARLIER, id))?;
         file.with.iter().try_for_each(|(role, id)| self.catalogue.of_role(role, id).map(|_| ()))?;
         let compete = file.compete.list();
         compete.iter().try_for_each(|role| self.catalogue.known_role(role))?;
@@ -334,7 +337,7 @@ impl NoiseSpec {
     pub fn check(&self, plan: &Plan, campaign: &Campaign, catalogue: &Catalogue) -> Result<(), StudyProblem> {
         for sd in self.all() {
             if let SdSpec::Like { stage, .. } = sd {
-                known_stage(plan, stage)?;
+                known_stage(plan, "stage", stage)?;
             }
         }
         if let Some(law) = &self.law {

@@ -1,5 +1,6 @@
 //! On which earlier stages a stage may stand.
 
+use super::ids::EARLIER;
 use super::{Plan, Stage};
 use crate::StudyProblem;
 use crate::source::listed;
@@ -11,7 +12,7 @@ pub(super) fn known_ground(plan: &Plan, id: &str) -> Result<(), StudyProblem> {
     }
     let stages = plan.stages.iter().map(|s| s.id.as_str());
     let known = listed(plan.responses.iter().map(|s| s.id.as_str()).chain(stages));
-    Err(StudyProblem::Unknown { what: "earlier stage", name: id.to_owned(), known })
+    Err(StudyProblem::Unknown { what: EARLIER, name: id.to_owned(), known })
 }
 
 /// Refuses a stage that counts what a stage of responses found twice: by itself and through another on which

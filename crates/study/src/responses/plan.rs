@@ -1,6 +1,6 @@
 //! Stages that train on responses: `[[responses]]` of `study.toml`.
 
-use crate::plan::{SdSpec, Selection};
+use crate::plan::{EARLIER, SdSpec, Selection};
 use crate::source::listed;
 use crate::{Campaign, Catalogue, StudyProblem};
 use rijke_inference::Kernel;
@@ -105,7 +105,7 @@ impl ResponseStage {
         }
         if let Some(id) = self.on.iter().find(|id| !earlier.iter().any(|s| s.id == **id)) {
             return Err(StudyProblem::Unknown {
-                what: "earlier stage",
+                what: EARLIER,
                 name: id.clone(),
                 known: known_stages(),
             });

@@ -77,11 +77,16 @@ struct Search {
 /// Two numbers and no more: an array of fixed length would pass over a third.
 fn two<'de, D: serde::Deserializer<'de>>(from: D) -> Result<Option<[f64; 2]>, D::Error> {
     let list = Vec::<f64>::deserialize(from)?;
-    let found = list.len();
-    let pair: Option<[f64; 2]> = list.try_into().ok().filter(|[low, high]: &[f64; 2]| low < high);
-    let need =
-        || format!("two numbers are needed, lowest and highest; {found} were given, or they do not ascend");
-    pair.map(Some).ok_or_else(|| serde::de::Error::custom(need()))
+    match *list {
+        [low, high] if low < high => Ok(Some([low, high])),
+        [low, high] => Err(serde::de::Error::custom(format!(
+            "two numbers are needed, the lowest before the highest, but {low} is not below {high}"
+        ))),
+        _ => Err(serde::de::Error::custom(format!(
+            "two numbers are needed, lowest and highest; {} stand here",
+            list.len()
+        ))),
+    }
 }
 
 /// A law of an element that waits until all names are known.
@@ -303,7 +308,8 @@ impl Reading<'_> {
                 StudyProblem::Value { key, value, need: "100 to 4000 K; say the unit, as in \"20 degC\"" },
             ));
         }
-        if table.contains_key("molar_mass") {
+        let following = ["molar_mass", "heat_capacity", "conductivity"];
+        if following.iter().any(|key| table.contains_key(*key)) {
             // The same form as in the file of a rig: numbers or, for the mass, a quantity.
             if let Some(text) = table.get("molar_mass").filter(|v| v.is_str()) {
                 let mass = reader.value("molar_mass", text, "kg/mol")?.at(&[]);

@@ -109,7 +109,7 @@ fn behaviour_growth_rates_or_frequencies_alone_are_enough() {
 fn message_a_mode_that_the_rig_does_not_have_is_refused() {
     let folder = tube("other-mode", "point,frequency [Hz],frequency_sd [Hz]\na,265.0,0.05\n");
     let refused = run(&folder.0).unwrap_err().to_string();
-    assert!(refused.contains("265.0 Hz was measured, the rig as described rings at"), "{refused}");
+    assert!(refused.contains("265.0 Hz was measured, and the nearest mode of this model at the centre of its priors has"), "{refused}");
 }
 
 #[test]
@@ -117,7 +117,7 @@ fn message_two_modes_of_a_point_must_be_two() {
     let rows = "point,mode,frequency [Hz],frequency_sd [Hz]\na,1,171.6,0.05\na,2,174.0,0.05\n";
     let folder = tube("twins", rows);
     let refused = run(&folder.0).unwrap_err().to_string();
-    assert!(refused.contains("174.0 Hz was measured, the rig as described rings at 343.2 Hz"), "{refused}");
+    assert!(refused.contains("174.0 Hz was measured, and the nearest mode of this model at the centre of its priors has 343.2 Hz"), "{refused}");
     // The second mode lies more than the distance between modes above both.
     let folder = tube("one-mode", &rows.replace("171.6", "160.0").replace("174.0", "165.0"));
     let refused = run(&folder.0).unwrap_err().to_string();

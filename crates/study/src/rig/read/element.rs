@@ -9,6 +9,7 @@ use crate::rig::part::{Hole, Part, Shape, numbers_of, own_numbers};
 use crate::rig::value::{Given, Reader, Value};
 use crate::source::{Outcome, listed};
 use rijke_formula::{Kind as NameKind, Name};
+use rijke_numerics::words::nearest;
 use std::ops::Range;
 use toml::{Spanned, Table, Value as Toml};
 
@@ -193,7 +194,15 @@ impl Reading<'_> {
     ) -> Outcome<Value> {
         let value = table.remove(key);
         let value = value.ok_or_else(|| {
-            (at.clone(), StudyProblem::Missing { key: key.into(), need: "a number, a quantity or a formula" })
+            let misspelt = table.keys().find(|other| nearest(other, &[key]).is_some());
+            let problem = match misspelt.cloned() {
+                Some(name) => StudyProblem::Unknown { what: "key of this element", name, known: key.into() },
+                None => StudyProblem::Missing {
+                    key: key.into(),
+                    need: "give it a number, a quantity such as \"12 mm\", or a formula",
+                },
+            };
+            (at.clone(), problem)
         })?;
         self.extent(part, key, &value, unit, at)
     }
