@@ -34,6 +34,7 @@ mod meant;
 mod meters;
 mod missing;
 mod miswired;
+mod moved_since;
 mod next;
 mod once;
 mod other_columns;

@@ -43,6 +43,10 @@ pub struct StageRecord {
     /// What the data still ask for after the model that goes on.
     #[serde(default)]
     pub missing: Option<Missing>,
+    /// Where something is missing, what earlier stages found of the parameters that this one tells more
+    /// narrowly, in a sentence without its stop.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub moved_since: Option<String>,
     /// What errors of lengths that the rig states without one would reverse; none where nothing leads.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lengths: Option<ExactLengths>,

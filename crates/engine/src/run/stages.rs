@@ -87,9 +87,10 @@ impl Run {
             let beside = trained.into_iter().filter_map(|b| Some(Beside { odds: odds(&b)?, ..b })).collect();
             self.done.push(Done { choice, chosen: goes_on, rows, assumes, open, beside });
         }
-        let (mut missing, mut checks, mut lengths) = (None, None, None);
+        let (mut missing, mut checks, mut lengths, mut moved_since) = (None, None, None, None);
         if let Some(done) = self.done.last().filter(|done| !done.chosen.observed.is_empty()) {
             missing = self.missing(&stage, &done.chosen)?;
+            moved_since = missing.as_ref().and_then(|missing| self.moved_since(&stage, missing));
             let rival = done.rival().map(|(model, found)| (model.id.as_str(), found));
             checks = Some(self.checks(&stage, &done.chosen, rival)?);
             lengths = if self.lengths { self.exact_lengths(&stage, &done.rows) } else { None };
@@ -111,6 +112,7 @@ impl Run {
             missed,
             carried,
             missing,
+            moved_since,
             lengths,
             checks,
         }))

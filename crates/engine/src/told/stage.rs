@@ -85,6 +85,7 @@ pub fn tell_stage(stage: &StageRecord, tell: &dyn Tell) {
     }
     if let Some(missing) = &stage.missing {
         still_asked(missing, tell);
+        stage.moved_since.iter().for_each(|said| tell.say(format!("      {said}")));
         stage.unexplained().iter().for_each(|said| tell.say(format!("      {said}")));
     }
 }

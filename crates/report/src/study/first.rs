@@ -62,9 +62,10 @@ fn unexplained(stage: &StageRecord) -> Vec<String> {
             "No further term gains more than chance would.".to_owned()
         } else {
             format!(
-                "The data ask for more: {} would gain {:.1} nats. The uncertainties above take the model for complete.",
+                "The data ask for more: {} would gain {:.1} nats. The uncertainties above take the model for complete{}.",
                 html(&family.first.words()),
-                family.first.gain
+                family.first.gain,
+                stage.moved_since.iter().map(|said| format!("; {}", html(said))).collect::<String>()
             )
         }
     });

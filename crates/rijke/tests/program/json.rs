@@ -43,7 +43,10 @@ fn exact_every_result_is_one_document() {
 
     let output = rijke(&folder, &["predict", "study", "--stage", "gauze", "--at", "x_g", "--json"]);
     let said = String::from_utf8(output.stderr).unwrap();
-    assert!(output.status.code() == Some(2) && said.contains("--at x_g: not a list of factors"), "{said}");
+    assert!(
+        output.status.code() == Some(2) && said.contains("--at x_g: `x_g` is not a factor with its number"),
+        "{said}"
+    );
     let output = rijke(&folder, &["inspect", "absent.wav", "--json"]);
     let error: Value = serde_json::from_slice(&output.stderr).unwrap();
     assert!(output.status.code() == Some(2) && output.stdout.is_empty());

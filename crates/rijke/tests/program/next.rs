@@ -52,7 +52,7 @@ fn behaviour_next_says_what_to_measure_and_when_to_stop() {
     let sd = &about["quantity_sd"];
     assert!(about["aim"] == "quantity" && number(&sd[1]) < number(&sd[0]), "{about}");
     let (code, text) = said("next study --about x_g");
-    assert!(code == Some(2) && text.contains("--about x_g: not a list of factors"), "{text}");
+    assert!(code == Some(2) && text.contains("--about x_g: `x_g` is not a factor with its number"), "{text}");
 
     let found = answer("next study --microphones --place 0.8");
     let (in_use, further) = (found["in_use"].as_array().unwrap(), found["further"].as_array().unwrap());

@@ -181,7 +181,7 @@ fn behaviour_the_rig_says_how_much_of_a_ring_down_is_fitted() {
         ("ping_decay_times = 0", "ping_decay_times"),
         ("ping_decay_times = 40.0", "from 2 to 16 decay times"),
         ("ping_decay_times = nan", "from 2 to 16 decay times"),
-        ("ping_decay_times = \"7 s\"", "expected f64"),
+        ("ping_decay_times = \"7 s\"", "`ping_decay_times`: the text \"7 s\" stands"),
         ("ping_decay_time = 7.0", "there is no key `ping_decay_time`"),
         ("band_hz = [300, 80]", "`band_hz` is `[300.0, 80.0]`"),
         ("band_hz = [80]", "two frequencies from 0.001 to 1e6 Hz"),

@@ -144,7 +144,12 @@ fn message_what_is_wrong_in_a_study_is_refused_with_file_and_line() {
         assert!(!folder.join("rig/results").exists());
     };
     refused("rig.toml", "\"0.8 m\"", "\"0.8 s\"", &["line", "`length`", "in m"]);
-    refused("rig.toml", "type = \"device\"", "type = \"devise\"", &["devise", "known: duct, insert, device"]);
+    refused(
+        "rig.toml",
+        "type = \"device\"",
+        "type = \"devise\"",
+        &["devise", "did you mean `device`? Known: duct, insert, device"],
+    );
     refused("rig.toml", "at = \"x_g\"", "at = \"x_h\"", &["line", "`at`"]);
     refused("campaign.csv", "x_g [mm]", "x_g [mn]", &["line 4", "mn"]);
     refused("campaign.csv", "293.8", "20.8", &["line 5", "T_amb [degC]"]);

@@ -7,6 +7,7 @@ use super::whole::Rig;
 use crate::law::Place;
 use crate::names::{AMBIENT, LENGTH};
 use crate::{Point, StudyProblem};
+use rijke_numerics::words::to_digits;
 use std::f64::consts::PI;
 
 /// Places closer than this part of the length are the same.
@@ -90,7 +91,7 @@ impl Rig {
         let mut numbers = self.numbers(factors, ambient);
         let wrong = |key: String, value: f64, need: &'static str| StudyProblem::Value {
             key,
-            value: value.to_string(),
+            value: to_digits(value, 6).to_string(),
             need,
         };
         let mut ducts: Vec<DuctAt> = Vec::new();
@@ -188,7 +189,7 @@ fn inside(name: &dyn Fn() -> String, x: f64, length: f64) -> Result<(), StudyPro
     if (-SAME * length..=length * (1.0 + SAME)).contains(&x) {
         return Ok(());
     }
-    let (key, value) = (format!("{}: at", name()), format!("{x} m"));
+    let (key, value) = (format!("{}: at", name()), format!("{} m", to_digits(x, 6)));
     Err(StudyProblem::Value { key, value, need: "on the ducts, from 0 to their total length" })
 }
 

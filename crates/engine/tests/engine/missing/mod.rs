@@ -24,6 +24,9 @@ fn lab_a_gauze_that_the_model_lacks_is_asked_for_at_its_place() {
     let with = "with = { heat-release = \"heat.king-lighthill\" }\nwithout = [\"gauze\"]\n";
     let heat = Variant::new("without-gauze", &QUARTER_WAVE).stage(with).run().pop().unwrap();
     let missing = heat.missing.unwrap();
+    // The model without the gauze moves what the stages before it found.
+    let before = heat.moved_since.unwrap();
+    assert!(before.contains(": delta = 0.03") && before.ends_with(" (gauze)"), "{before}");
     let first = &missing.families[0];
     assert_eq!(
         (first.first.place.as_str(), first.first.effect.as_str()),

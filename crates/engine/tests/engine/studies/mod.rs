@@ -109,7 +109,12 @@ fn behaviour_growth_rates_or_frequencies_alone_are_enough() {
 fn message_a_mode_that_the_rig_does_not_have_is_refused() {
     let folder = tube("other-mode", "point,frequency [Hz],frequency_sd [Hz]\na,265.0,0.05\n");
     let refused = run(&folder.0).unwrap_err().to_string();
-    assert!(refused.contains("265.0 Hz was measured, and the nearest mode of this model at the centre of its priors has"), "{refused}");
+    assert!(
+        refused.contains(
+            "265.0 Hz was measured, and the nearest mode of this model at the centre of its priors has"
+        ),
+        "{refused}"
+    );
 }
 
 #[test]
@@ -319,7 +324,7 @@ fn behaviour_a_point_whose_gas_is_not_known_is_left_out_and_said() {
     std::fs::remove_file(folder.0.join("base/states.json")).unwrap();
     let refused = Run::new(study, &observations, Trusted::Laplace).err().unwrap().to_string();
     assert!(
-        refused.contains("base/states.json has no state of it; make it with `rijke flow DIR`"),
+        refused.contains("base/states.json has no state of it. `rijke flow DIR --out DIR/base` makes it"),
         "{refused}"
     );
 }

@@ -41,7 +41,7 @@ fn message_a_question_that_cannot_be_asked_names_line_and_what_is_known() {
     let cases = [
         (
             "ask = \"contour\"",
-            "line 8: there is no kind of question called `contour`; known: ranking, contours, ",
+            "line 8: there is no kind of question called `contour`; did you mean `contours`? Known: ranking, contours, ",
         ),
         (
             "ask = \"ranking\"\nsets = []",
@@ -65,9 +65,9 @@ fn message_a_question_that_cannot_be_asked_names_line_and_what_is_known() {
             "ask = \"point-by-point\"\nwith = { wall = \"w\" }",
             "line 8: there is no candidate called `w`; known: none",
         ),
-        ("ask = \"effects\"\nof = [\"wall\"]", "line 8: there is no role called `wall`; known: none"),
+        ("ask = \"effects\"\nof = [\"wall\"]", "line 8: there is no candidate; write the laws"),
         ("ask = \"law\"", "line 8: `role` is missing; name the role whose law is shown"),
-        ("ask = \"law\"\nrole = \"wall\"", "line 8: there is no role called `wall`; known: none"),
+        ("ask = \"law\"\nrole = \"wall\"", "line 8: there is no candidate; write the laws"),
         ("ask = \"ranking\"\nover = \"y\"", "line 8: there is no factor called `y`; known: x"),
     ];
     for (k, (asked, expected)) in cases.iter().enumerate() {
