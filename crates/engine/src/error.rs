@@ -231,7 +231,9 @@ pub enum EngineError {
         found: usize,
     },
     /// The selection of a stage means no point.
-    #[error("study.toml: the `points` of stage `{stage}` select no operating point of the campaign; correct them")]
+    #[error(
+        "study.toml: the `points` of stage `{stage}` select no operating point of the campaign; correct them"
+    )]
     NothingSelected {
         /// The stage.
         stage: String,

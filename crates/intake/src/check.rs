@@ -134,7 +134,8 @@ mod tests {
 
     #[test]
     fn message_a_fault_of_several_files_is_said_once() {
-        let wrong = ["a.wav: no full scale", "b.wav: no full scale", "c.wav: not a WAV file", "d.wav: no full scale"];
+        let wrong =
+            ["a.wav: no full scale", "b.wav: no full scale", "c.wav: not a WAV file", "d.wav: no full scale"];
         let said = by_fault(&wrong);
         assert_eq!(
             said,

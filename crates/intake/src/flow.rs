@@ -110,7 +110,9 @@ impl InferredFlow {
         if !folder.join("rig.toml").is_file() {
             let remedy = "`rijke flow` is for clicks of a heated tube, of which `rijke process` writes rig.toml beside the observations. A study with \
                 [base.heated-flow] or [base.measured] needs none: `rijke rank` infers its gas from the readings.";
-            return Err(Failed::bad_input("there is no rig.toml beside these observations").at(folder).remedy(remedy));
+            return Err(Failed::bad_input("there is no rig.toml beside these observations")
+                .at(folder)
+                .remedy(remedy));
         }
         let observations = TubeObservations::read(folder).or_bad_input()?;
         if folder.join(PROFILES).is_file() {
@@ -152,7 +154,9 @@ impl InferredFlow {
     /// From samples over time.
     fn over_time(dir: &Path, options: &FlowOptions, tell: &dyn Tell) -> Result<Self, Failed> {
         if !dir.is_dir() {
-            return Err(Failed::bad_input("there is no such folder").at(dir).remedy("Name a folder of observations or of a record over time."));
+            return Err(Failed::bad_input("there is no such folder")
+                .at(dir)
+                .remedy("Name a folder of observations or of a record over time."));
         }
         let records = Records::read(dir).map_err(|error| {
             let remedy = match error {

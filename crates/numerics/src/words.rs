@@ -130,7 +130,9 @@ pub fn of_toml(message: &str) -> String {
 /// `invalid type: string "x", expected f64` in words of the file.
 fn of_another_type(message: &str) -> Option<String> {
     let (found, wanted) = message.strip_prefix("invalid type: ")?.split_once(", expected ")?;
-    let value = found.split_once(' ').map(|(kind, rest)| rest.strip_prefix("point ").unwrap_or(if kind == "unit" { "" } else { rest }));
+    let value = found
+        .split_once(' ')
+        .map(|(kind, rest)| rest.strip_prefix("point ").unwrap_or(if kind == "unit" { "" } else { rest }));
     let found = match found.split(' ').next()? {
         "sequence" => "a list".to_owned(),
         "map" => "a table".to_owned(),

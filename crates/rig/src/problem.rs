@@ -11,7 +11,9 @@ use thiserror::Error;
 #[non_exhaustive]
 pub enum Problem {
     /// A number outside its range.
-    #[error("{value} {unit} is outside {low} to {high} {unit}; a number without a unit is in {unit}, a text has a unit of its own, as \"12 mm\"")]
+    #[error(
+        "{value} {unit} is outside {low} to {high} {unit}; a number without a unit is in {unit}, a text has a unit of its own, as \"12 mm\""
+    )]
     OutOfRange {
         /// The value found.
         value: f64,

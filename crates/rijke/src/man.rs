@@ -7,7 +7,10 @@ use std::path::PathBuf;
 
 /// Write the manual pages, one for the program and one for each command.
 #[derive(clap::Args)]
-#[command(override_usage = "rijke man --out <DIR>\n       rijke man --markdown", after_help = "Example:\n  rijke man --out ~/.local/share/man/man1\n  man rijke")]
+#[command(
+    override_usage = "rijke man --out <DIR>\n       rijke man --markdown",
+    after_help = "Example:\n  rijke man --out ~/.local/share/man/man1\n  man rijke"
+)]
 pub(crate) struct Args {
     /// Folder to write the pages to; made if necessary.
     #[arg(long, value_name = "DIR", required_unless_present = "markdown")]

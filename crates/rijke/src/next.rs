@@ -157,7 +157,8 @@ fn print(ui: &Ui, found: &Next, about: Option<&str>) {
     let row = |step: &Step| [fixed(step.adds, 3), hours(step.hours), step.point.clone()];
     let kept = |k: &usize| *k != 1 || found.plan.iter().any(|step| step.hours.is_some());
     let filled: Vec<usize> = (0..3).filter(kept).collect();
-    let rows = found.plan.iter().map(row).map(|row| filled.iter().map(move |k| row[*k].clone()).collect::<Vec<_>>());
+    let rows =
+        found.plan.iter().map(row).map(|row| filled.iter().map(move |k| row[*k].clone()).collect::<Vec<_>>());
     ui.table(filled.iter().map(|k| ["adds, nats", "hours", "point"][*k]), rows);
     if let Some(of) = found.factor.filter(|_| found.aim == Aim::Models) {
         let [first, second] = of.map(|[mean, sd]| format!("{mean:.1} +- {sd:.1}"));

@@ -60,9 +60,9 @@ const MOST: f64 = 1e6;
 
 pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failed> {
     let path = &args.file;
-    let text = rijke_numerics::read_text(path).or_bad_input().map_err(|failure| {
-        failure.at(path).remedy("Name a network file; docs/network-file.md shows one.")
-    })?;
+    let text = rijke_numerics::read_text(path)
+        .or_bad_input()
+        .map_err(|failure| failure.at(path).remedy("Name a network file; docs/network-file.md shows one."))?;
     let driven = read(&text).or_bad_input().map_err(|failure| {
         let failure = failure.at(path);
         if path.file_name().is_none_or(|name| name != "rig.toml") {

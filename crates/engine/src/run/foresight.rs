@@ -163,8 +163,7 @@ fn foreseen(
 ) -> Result<(Foreseen, Information), EngineError> {
     let assembly = assembly_of(study, &row.choice, &stage.hold)?;
     let list = assembly.parameters();
-    let flat: Vec<String> =
-        list.iter().filter(|p| p.prior == Prior::Flat).map(|p| p.name.clone()).collect();
+    let flat: Vec<String> = list.iter().filter(|p| p.prior == Prior::Flat).map(|p| p.name.clone()).collect();
     if !flat.is_empty() {
         return Ok((Foreseen { id: row.id(), flat, ..Foreseen::default() }, Information::default()));
     }

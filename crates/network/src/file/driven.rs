@@ -66,7 +66,9 @@ impl DrivenError {
                 "Give --port upstream, and a file of the stretch downstream of the place in question."
             }
             Self::Unknown { .. } => "Name one of these, a position in m, upstream or downstream.",
-            Self::Position(_) => "Inside a duct an element marks a place: a `feedback` without coefficients changes nothing. Beyond the ends there is none.",
+            Self::Position(_) => {
+                "Inside a duct an element marks a place: a `feedback` without coefficients changes nothing. Beyond the ends there is none."
+            }
             Self::Network(_) => "Change the element named, or the frequencies.",
         }
     }

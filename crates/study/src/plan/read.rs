@@ -186,7 +186,8 @@ impl Plan {
             common_errors,
         };
         let ids: Vec<String> = file.responses.iter().map(|s| s.get_ref().id.clone()).collect();
-        let ids: Vec<String> = ids.into_iter().chain(file.stage.iter().map(|s| s.get_ref().id.clone())).collect();
+        let ids: Vec<String> =
+            ids.into_iter().chain(file.stage.iter().map(|s| s.get_ref().id.clone())).collect();
         for stage in file.responses {
             let at = stage.span().start;
             let stage = stage.into_inner();

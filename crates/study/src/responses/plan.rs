@@ -104,11 +104,7 @@ impl ResponseStage {
             return Err(StudyProblem::Duplicate { what: "stage", name: self.id.clone() });
         }
         if let Some(id) = self.on.iter().find(|id| !earlier.iter().any(|s| s.id == **id)) {
-            return Err(StudyProblem::Unknown {
-                what: EARLIER,
-                name: id.clone(),
-                known: known_stages(),
-            });
+            return Err(StudyProblem::Unknown { what: EARLIER, name: id.clone(), known: known_stages() });
         }
         self.points.check(campaign)?;
         if let Some(factor) = &self.session {

@@ -109,7 +109,12 @@ fn behaviour_growth_rates_or_frequencies_alone_are_enough() {
 fn message_a_mode_that_the_rig_does_not_have_is_refused() {
     let folder = tube("other-mode", "point,frequency [Hz],frequency_sd [Hz]\na,265.0,0.05\n");
     let refused = run(&folder.0).unwrap_err().to_string();
-    assert!(refused.contains("265.0 Hz was measured, and the nearest mode of this model at the centre of its priors has"), "{refused}");
+    assert!(
+        refused.contains(
+            "265.0 Hz was measured, and the nearest mode of this model at the centre of its priors has"
+        ),
+        "{refused}"
+    );
 }
 
 #[test]
