@@ -186,7 +186,10 @@ pub enum NetworkError {
         to: C64,
     },
     /// A coefficient is not a finite number.
-    #[error("the network is not finite at s = {s}: a law has a pole or is undefined there")]
+    #[error(
+        "the network is not finite at s = {s}: a law has a pole or is undefined there, as an `unflanged` end beyond |k a| = 2, a `flanged` one beyond 8, and an \
+         impedance of -1"
+    )]
     NotFinite {
         /// Where.
         s: C64,

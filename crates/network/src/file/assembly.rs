@@ -67,8 +67,45 @@ pub(super) struct Assembly<'a> {
     pub(super) devices: Vec<(usize, String)>,
     pub(super) tables: Vec<(Item, Table)>,
     pub(super) redraw: Option<Redraw<'a>>,
+    /// Of a file whose flow carries entropy waves: what carries them.
+    pub(super) carried: Option<Carried>,
     pub(super) passive: bool,
     pub(super) warnings: Vec<Warning>,
+}
+
+/// The mean flow that carries entropy waves, as far as the file says it before the chain is built.
+#[derive(Clone, Copy)]
+pub(super) struct Carried {
+    /// Mach number or velocity (m/s) in the first duct.
+    pub(super) flow: [Option<f64>; 2],
+    /// Highest frequency of the search, rad/s.
+    pub(super) omega: f64,
+}
+
+impl Carried {
+    /// Change of ln T times the square of omega h/U that pieces of length h leave: the growth rates of a tube
+    /// with a choked outlet are right to some 0.1 1/s.
+    const RESOLVED: f64 = 0.25;
+
+    /// How many pieces resolve the entropy waves that a temperature between `coldest` and `hottest` (K) makes
+    /// along a `length` (m) of the largest area `area` (m^2), where `first` has temperature (K), area and
+    /// sound speed of the first duct. Steps radiate together where a wave turns by more than a fraction from
+    /// one to the next, which a slope does not.
+    pub(super) fn pieces(
+        &self,
+        length: f64,
+        [coldest, hottest]: [f64; 2],
+        area: f64,
+        [temperature, first_area, sound_speed]: [f64; 3],
+    ) -> usize {
+        let inlet = match self.flow {
+            [Some(mach), _] => mach * sound_speed,
+            [_, velocity] => velocity.unwrap_or(f64::INFINITY),
+        };
+        let velocity = inlet * first_area / area * coldest / temperature;
+        let turns = self.omega * length / velocity;
+        (turns * ((hottest / coldest).ln() / Self::RESOLVED).sqrt()).ceil().clamp(1.0, 1e9) as usize
+    }
 }
 
 /// A flame as a chain with flow takes it.

@@ -1,6 +1,6 @@
 //! From the tables of a file to a network and its laws.
 
-use super::assembly::{Assembly, Attached, Redraw};
+use super::assembly::{Assembly, Attached, Carried, Redraw};
 use super::error::FileError;
 use super::item::{Item, line_of, line_of_table};
 use super::layout::{Placed, SAME, place};
@@ -67,6 +67,9 @@ pub(super) fn build(text: &str, file: &File, redraw: Option<Redraw<'_>>) -> Resu
     let ducts = placed.iter().take_while(|p| p.is_duct()).count();
     in_a_row(&mut placed[ducts..], length);
     let sizes = Sizes::of(gas, &region);
+    let carrying = file.flow.as_ref().filter(|flow| flow.entropy_waves);
+    let carried = carrying.map(|flow| Carried { flow: [flow.mach, flow.velocity], omega: region.omega[1] });
+    let twins = twins(&placed[ducts..], length);
     let mut assembly = Assembly {
         gas,
         segments: Vec::new(),
@@ -81,8 +84,9 @@ pub(super) fn build(text: &str, file: &File, redraw: Option<Redraw<'_>>) -> Resu
         devices: Vec::new(),
         tables: Vec::new(),
         redraw,
+        carried,
         passive: true,
-        warnings: sizes.doubtful(&head, gas, &placed),
+        warnings: sizes.doubtful(&head, gas, &placed).into_iter().chain(twins).collect(),
     };
     let spread = |p: &Placed| match &p.element {
         Element::Flame(flame) => Spread::of(&p.item, flame, p.x, length),
@@ -188,6 +192,19 @@ pub(super) fn build(text: &str, file: &File, redraw: Option<Redraw<'_>>) -> Resu
         tables,
         warnings: assembly.warnings,
     })
+}
+
+/// A warning of every resonator that equals one before it at its place. Their admittances have one pole, of
+/// which only one state answers to the pressure in the duct.
+fn twins(devices: &[Placed], length: f64) -> Vec<Warning> {
+    let rings = |p: &Placed| matches!(p.element, Element::Helmholtz { .. } | Element::QuarterWave { .. });
+    let twin = |(k, p): (usize, &Placed)| {
+        let same = |o: &&Placed| rings(o) && (o.x - p.x).abs() <= SAME * length && o.element == p.element;
+        let other = devices[..k].iter().rev().find(same)?;
+        let (line, place) = (p.item.line, p.item.place.clone());
+        Some(Warning::Twin { line, place, other: other.item.place.clone() })
+    };
+    devices.iter().enumerate().filter(|(_, p)| rings(p)).filter_map(twin).collect()
 }
 
 fn region(text: &str, file: &File) -> Result<Region, FileError> {

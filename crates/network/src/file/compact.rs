@@ -13,7 +13,7 @@ use crate::flow_chain::ActionKind;
 use crate::laws::wall::Wall;
 use crate::laws::{
     Behind, BiasHole, Law, Leg, PathDuct, Probe, Side, SideHole, SourceCoefficient, Table, TableRow, fok,
-    inner_correction, matching_length, series_correction,
+    inner_correction, matching_length, series_correction, steady_share,
 };
 use crate::slot::Slot;
 use rijke_numerics::{C64, has_growing_root};
@@ -109,8 +109,9 @@ impl Assembly<'_> {
                 // On either side 8/(3 pi) radii (Rienstra & Hirschberg, section 4.4.3, as in the paper), less
                 // by Fok's function in a tube of finite width: the duct, or for one of many holes its share
                 // of the duct (Melling 1973).
-                let sides = [before, after].map(|i| {
-                    let share = open * here.area / self.segments[i].area;
+                let shares = [before, after].map(|i| open * here.area / self.segments[i].area);
+                let sides = [0, 1].map(|k| {
+                    let (i, share) = ([before, after][k], shares[k]);
                     self.relative_width(item, *diameter, i, porosity.map(|_| share.sqrt())).map(fok)
                 });
                 let [inside, outside] = sides;
@@ -120,14 +121,19 @@ impl Assembly<'_> {
                 let plain = Law::Linear { constant: C64::new(*drag, 0.0), per_s: C64::new(inertia, 0.0) };
                 let law = match bias_velocity {
                     None => plain,
-                    Some(velocity) => Law::Bias(BiasHole {
-                        drag: *drag,
-                        inertia,
+                    Some(velocity) => {
+                        let time = radius / item.positive("bias_velocity", *velocity)?;
+                        let steady = steady_share(shares);
                         // A hole in the open has pi R/2, half of it on either side.
-                        shed: here.density * 0.25 * PI * radius * sides / open,
-                        time: radius / item.positive("bias_velocity", *velocity)?,
-                        of: Behind::Duct,
-                    }),
+                        let shed = here.density * 0.25 * PI * radius * sides / open;
+                        // A hole as wide as the duct has no edge that sheds.
+                        if steady > 0.0 {
+                            let time = time * 0.5 * sides / steady;
+                            Law::Bias(BiasHole { drag: *drag, inertia, shed, time, of: Behind::Duct })
+                        } else {
+                            plain
+                        }
+                    }
                 };
                 self.add(Slot::Mu(place), name("orifice"), law, Role::Plain);
             }

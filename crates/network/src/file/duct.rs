@@ -116,13 +116,32 @@ impl Assembly<'_> {
             }
         }
         let varies = profile.len() > 1 || area_end != area;
-        let pieces = pieces.unwrap_or(if area_end != area {
+        let span = profile.iter().fold([f64::INFINITY, 0.0], |[low, high], t| [t.min(low), t.max(high)]);
+        let first = self.segments.first().zip(self.gases.first()).map_or_else(
+            || [profile[0], area, (gamma * constant * profile[0]).sqrt()],
+            |(segment, gas)| [gas.temperature, segment.area, segment.sound_speed],
+        );
+        let resolved = self
+            .carried
+            .filter(|_| given.is_none())
+            .map_or(1, |carried| carried.pieces(length, span, area.max(area_end), first));
+        let usual = if area_end != area {
             PIECES_OF_A_CONE
         } else if varies || scheme == Scheme::Lumped {
             40
         } else {
             1
-        });
+        };
+        let pieces = pieces.unwrap_or(usual.max(resolved.min(MOST_BY_ITSELF)));
+        if span[1] > span[0] && resolved > UNRESOLVED * pieces {
+            let what = format!(
+                "in {pieces} pieces the entropy waves of this slope turn too far from one to the next, so that growth rates, and which modes there are, may be wrong"
+            );
+            let remedy = format!(
+                "write pieces = {resolved}, search to a lower frequency, or write entropy_waves = false in [flow]"
+            );
+            self.warnings.push(Warning::range(item, what, remedy));
+        }
         if !(1..=MOST_PIECES).contains(&pieces) {
             return Err(item.fail(ElementProblem::Range {
                 key: "pieces",
@@ -210,6 +229,11 @@ const SLIVER: f64 = 1e-6;
 /// Pieces of a cone. Their error falls as the square of their number: 0.08 Hz in 626 Hz with 40 of them, in a
 /// cone of 0.5 m from 0.05 to 0.12 m of diameter that cools from 600 to 400 K.
 const PIECES_OF_A_CONE: usize = 160;
+
+/// Most pieces that a slope in a flow gets by itself.
+const MOST_BY_ITSELF: usize = 2000;
+/// How many times too few pieces are said to be.
+const UNRESOLVED: usize = 2;
 
 /// More pieces than any temperature profile needs.
 const MOST_PIECES: usize = 100_000;

@@ -4,7 +4,7 @@ use super::assembly::Assembly;
 use super::error::FileError;
 use super::item::Item;
 use super::problem::ElementProblem;
-use super::ranges::drawn_in;
+use super::ranges::{blown_through, drawn_in};
 use super::schema::{End, Transfer};
 use super::sizes::Sizes;
 use super::warning::Warning;
@@ -45,7 +45,10 @@ impl Assembly<'_> {
                 is_mouth = true;
                 constant(-1.0)
             }
-            End::Closed {} => constant(1.0),
+            End::Closed {} => {
+                self.warnings.extend(mach.map(|mach| blown_through(&item, mach, end)));
+                constant(1.0)
+            }
             End::Anechoic {} => constant(0.0),
             End::Constant { modulus, angle } => {
                 item.not_negative("modulus", modulus)?;

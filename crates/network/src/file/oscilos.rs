@@ -43,6 +43,24 @@ pub enum OscilosError {
         /// What is there.
         found: String,
     },
+    /// Numbers where the title stands.
+    #[error(
+        "{file}: the first line, `{found}`, holds numbers, where OSCILOS_lite passes over a title: put a title above it"
+    )]
+    NoTitle {
+        /// The file.
+        file: &'static str,
+        /// The line.
+        found: String,
+    },
+    /// More than one flame.
+    #[error(
+        "Geometry.txt, row {row}: a second section has index 11, and there is one fluctuating heat source; write 10 for steady heat"
+    )]
+    Flames {
+        /// The row, from 1.
+        row: usize,
+    },
     /// A kind of boundary, flame, interface or gas that is not read.
     #[error("{file}: {what} {value} is not supported; supported are {known}")]
     Unsupported {
@@ -84,11 +102,17 @@ pub enum OscilosError {
 /// The rows of numbers below the title; `-` is read as absent (0).
 pub(super) fn rows(file: &'static str, text: &str, columns: usize) -> Result<Vec<Vec<f64>>, OscilosError> {
     let mut out = Vec::new();
+    let number = |word: &str| if word == "-" { Some(0.0) } else { word.parse::<f64>().ok() };
+    if let Some(title) = text.lines().next()
+        && title.split_whitespace().count() >= columns
+        && title.split_whitespace().all(|word| number(word).is_some())
+    {
+        return Err(OscilosError::NoTitle { file, found: title.trim().to_owned() });
+    }
     for (index, line) in text.lines().enumerate().skip(1) {
         if line.trim().is_empty() {
             continue;
         }
-        let number = |word: &str| if word == "-" { Some(0.0) } else { word.parse::<f64>().ok() };
         let numbers: Option<Vec<f64>> = line.split_whitespace().map(number).collect();
         match numbers {
             Some(numbers) if numbers.len() >= columns => out.push(numbers),
@@ -168,6 +192,9 @@ pub fn read_oscilos(texts: &OscilosTexts) -> Result<(FlowChain, Region), Oscilos
             _ if row == 0 => (1.0, None),
             10.0 => (ratio, None),
             11.0 => {
+                if ducts.iter().any(|duct: &FlowDuct| !duct.actions.is_empty()) {
+                    return Err(OscilosError::Flames { row: row + 1 });
+                }
                 let flame = flame.as_ref().ok_or(OscilosError::NoFlame)?;
                 if flame[0] != 1.0 {
                     return Err(OscilosError::Unsupported {

@@ -5,7 +5,7 @@ use super::assembly::Assembly;
 use super::item::Item;
 use super::layout::Placed;
 use super::schema::{Duct, Element};
-use super::sizes::{Sizes, WIDE, size};
+use super::sizes::{Sizes, size};
 use super::warning::Warning;
 use crate::flow_chain::FlowChain;
 use crate::laws::WallLaw;
@@ -33,7 +33,11 @@ impl Assembly<'_> {
         let plane_below_hz = first.map_or(f64::INFINITY, cut_on);
         let mut all = Vec::new();
         let width = |k: usize| 2.0 * (self.segments[k].area / PI).sqrt();
-        let slip = |k: &usize| width(*k) > sizes.wavelength.max(WIDE);
+        // Of a slip of the unit another warning speaks.
+        let slip = |k: &usize| match widest(&placed[self.owners[*k]].element) {
+            Some((_, value, "m")) => sizes.is_too_wide(value),
+            _ => false,
+        };
         if let Some(k) = first.filter(|k| plane_below_hz < sizes.highest && !slip(k)) {
             let Placed { item, element, .. } = &placed[self.owners[k]];
             let (key, value, unit) = widest(element).unwrap_or(("diameter", width(k), "m"));
@@ -137,4 +141,19 @@ pub(super) fn drawn_in(item: &Item, mach: f64) -> Warning {
         "write `constant` with modulus {kept:.4} and angle 3.14159265, or `unflanged` with calibration = [{kept:.4}, 0]"
     );
     Warning::range(item, what, remedy)
+}
+
+/// What a closed end does through which a mean flow of this Mach number enters (upstream, end 0) or leaves.
+pub(super) fn blown_through(item: &Item, mach: f64, end: usize) -> Warning {
+    let kept = (1.0 - mach) / (1.0 + mach);
+    let (enters, does, formula, modulus) = match end {
+        0 => ("enters", "feeds the modes with", "(1 - M)/(1 + M)", kept),
+        _ => ("leaves", "takes from the modes", "(1 + M)/(1 - M)", kept.recip()),
+    };
+    let share = if end == 0 { kept.powi(-2) - 1.0 } else { 1.0 - kept.powi(2) };
+    let what = format!(
+        "gas {enters} here, and R = 1 of a closed end {does} {:.2} % of the energy that meets it: where it {enters} at a constant rate, R = {formula}",
+        100.0 * share
+    );
+    Warning::range(item, what, format!("write `choked`, or `constant` with modulus {modulus:.4} and angle 0"))
 }

@@ -23,7 +23,7 @@ pub(super) struct File {
 }
 
 /// The gas where an element does not say otherwise: dry air at 20 C.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub(super) struct Gas {
     /// K.
@@ -72,7 +72,7 @@ fn two<'de, D: serde::Deserializer<'de>>(from: D) -> Result<Option<[f64; 2]>, D:
 }
 
 /// Mean flow, entering at the upstream end.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Flow {
     /// Mach number in the first duct.
@@ -89,7 +89,7 @@ fn yes() -> bool {
 }
 
 /// gain N/D e^{-s delay}, or gain e^{-s delay} times a table.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Transfer {
     #[serde(default = "one")]
@@ -108,7 +108,7 @@ pub(super) struct Transfer {
 }
 
 /// A coefficient of feedback: [real, imaginary], or a function of s.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub(super) enum Coefficient {
     Constant([f64; 2]),
     Function(Box<Transfer>),
@@ -187,7 +187,7 @@ fn unity() -> Vec<f64> {
 }
 
 /// A straight or conical duct, uniform or with a temperature that varies along it, cut into `pieces`.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Duct {
     pub(super) length: f64,
@@ -215,7 +215,7 @@ pub(super) struct Duct {
 }
 
 /// A compact heat source, k_eu = -gain N/D e^{-s delay}.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Flame {
     pub(super) gain: Option<f64>,
@@ -248,7 +248,7 @@ pub(super) struct Flame {
 }
 
 /// The elements, from upstream to downstream. `name` and `at` are common to all and read before.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(tag = "type", rename_all = "kebab-case", deny_unknown_fields)]
 pub(super) enum Element {
     /// A straight or conical duct.

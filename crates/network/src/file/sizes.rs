@@ -15,7 +15,7 @@ const MOST_WAVELENGTHS: f64 = 200.0;
 /// As long as this, m, ducts are of most rigs, whatever the search.
 const LONG: f64 = 100.0;
 /// Wider ducts than this, m, are no slip either where the sound is in plane waves.
-pub(super) const WIDE: f64 = 5.0;
+const WIDE: f64 = 5.0;
 /// Longer necks, holes and plates than this, m, are none.
 const THICK: f64 = 5.0;
 /// A delay that is most often one in milliseconds, s.
@@ -30,6 +30,10 @@ const THIN: f64 = 1000.0;
 const PRANDTL: [f64; 2] = [0.1, 1.5];
 const VISCOSITY: [f64; 2] = [5e-6, 5e-5];
 const ROOM: f64 = 293.15;
+/// Gas constant of uranium hexafluoride, J/(kg K), and a little more than the ratio of specific heats of single
+/// atoms.
+const HEAVIEST: f64 = 23.0;
+const ATOMS: f64 = 1.68;
 /// Flows through holes are slow beside the sound, up to this Mach number.
 const FAST: f64 = 0.3;
 /// A neck so many times as wide as its duct is in another unit.
@@ -72,6 +76,18 @@ impl Sizes {
                 all.push(Warning::range(head, what, "check the decimal point and the unit"));
             }
         }
+        let remedy = "gas_constant is 8.314 J/(mol K) over the molar mass, 287.05 J/(kg K) for air";
+        all.extend((gas.gas_constant < HEAVIEST).then(|| {
+            let what = format!(
+                "gas_constant is {} J/(kg K), and the heaviest gas has {HEAVIEST}",
+                rounded(gas.gas_constant)
+            );
+            Warning::range(head, what, remedy)
+        }));
+        all.extend((gas.gamma > ATOMS).then(|| {
+            let what = format!("gamma is {}, and no gas has more than 5/3", rounded(gas.gamma));
+            Warning::range(head, what, "write 1.4 for air; check the decimal point")
+        }));
         for Placed { item, element, x, .. } in placed {
             let thick = |key, value: f64| {
                 (value > THICK).then(|| millimetres(item, key, value, "longer than any".to_owned()))
@@ -96,7 +112,11 @@ impl Sizes {
                     };
                     all.extend([mu, mp, eu, ep].into_iter().find_map(delay));
                 }
-                Element::Helmholtz { neck_area, neck_length, bias_velocity, .. } => {
+                Element::Helmholtz { volume, neck_area, neck_length, bias_velocity, .. } => {
+                    all.extend(self.not_small(item, "the cavity", volume.cbrt()));
+                    all.extend(
+                        self.not_small(item, "the neck", *neck_length).filter(|_| *neck_length <= THICK),
+                    );
                     all.extend(thick("neck_length", *neck_length));
                     all.extend(self.fast(item, *bias_velocity));
                     let duct = area_at(placed, *x).filter(|duct| *neck_area > NECK * duct);
@@ -112,7 +132,18 @@ impl Sizes {
                         Warning::range(item, what, "add some 0.8 radii on either side to the length of the neck")
                     }));
                 }
-                Element::QuarterWave { length, .. } => all.extend(self.long(item, *length)),
+                Element::QuarterWave { length, area } => {
+                    all.extend(self.long(item, *length));
+                    let duct = area_at(placed, *x).filter(|duct| *area > NECK * duct);
+                    all.extend(duct.map(|duct| {
+                        let what = format!(
+                            "its area is {} m^2, and that of the duct {} m^2",
+                            rounded(*area),
+                            rounded(duct)
+                        );
+                        Warning::range(item, what, "check its unit; a wider duct is no side branch")
+                    }));
+                }
                 Element::SideHole { length, .. } => all.extend(thick("length", *length)),
                 Element::Orifice { diameter, thickness, bias_velocity, .. } => {
                     all.extend(thick("thickness", *thickness));
@@ -121,6 +152,14 @@ impl Sizes {
                         Warning::range(item, what.to_owned(), "leave bias_velocity out, and give the `drag` that was measured")
                     }));
                     all.extend(self.fast(item, *bias_velocity));
+                }
+                Element::Screen { resistance: 0.0, effective_length: 0.0, open_area: None, loss: None } => {
+                    let remedy = "give `resistance`, or in [flow] `open_area` or `loss`";
+                    all.push(Warning::range(
+                        item,
+                        "no key of it gives a resistance or a mass: it does nothing".to_owned(),
+                        remedy,
+                    ));
                 }
                 Element::Screen { effective_length, .. } => {
                     all.extend(thick("effective_length", *effective_length));
@@ -159,7 +198,24 @@ impl Sizes {
     /// A duct in which sound is in no plane waves.
     fn wide(&self, item: &Item, key: &'static str, value: f64) -> Option<Warning> {
         let why = || "wider than a wavelength at the highest frequency of the search".to_owned();
-        (value > WIDE && value > self.wavelength).then(|| millimetres(item, key, value, why()))
+        self.is_too_wide(value).then(|| millimetres(item, key, value, why()))
+    }
+
+    pub(super) fn is_too_wide(&self, value: f64) -> bool {
+        value > WIDE && value > self.wavelength
+    }
+
+    /// A length across which the sound of a resonator is not one pressure or one velocity.
+    fn not_small(&self, item: &Item, what: &str, length: f64) -> Option<Warning> {
+        let resonance = 0.5 * self.wavelength * self.highest / length;
+        (resonance < self.highest).then(|| {
+            let what = format!(
+                "{what} is not small beside the wavelength: half of one fits into {} m at {resonance:.0} Hz, below the {:.0} Hz where the search ends",
+                rounded(length),
+                self.highest
+            );
+            Warning::range(item, what, "search below that, or make it of ducts; check the unit")
+        })
     }
 
     fn cold(&self, item: &Item, value: f64) -> Option<Warning> {

@@ -90,6 +90,19 @@ pub enum Warning {
         /// Area of the duct, m^2.
         duct: f64,
     },
+    /// Two equal resonators at one place.
+    #[error(
+        "line {line}: {place}: it equals {other} at the same place: they also ring against each other, at the resonance of both, without sound in the \
+         duct, and this mode is not counted; give them the numbers that they have, which differ, or make one of them of twice the size"
+    )]
+    Twin {
+        /// Line in the file.
+        line: usize,
+        /// Which element.
+        place: String,
+        /// The other.
+        other: String,
+    },
     /// A phase that falls as by a delay that no flame has.
     #[error(
         "line {line}: {place}: the phase of the table falls as by a delay of {delay_ms:.0} ms: it is in rad; if these are degrees, multiply them by pi/180"
@@ -117,7 +130,7 @@ pub enum Warning {
     },
     /// The phase of a table rises with frequency.
     #[error(
-        "line {line}: {place}: the phase of the table rises by {rise:.1} rad in all, but a delay lowers it: rijke takes numbers that vary as \
+        "line {line}: {place}: the phase of the table rises by {rise:.2} rad in all, but a delay, and the mass of an open end, lower it: rijke takes numbers that vary as \
          exp(i omega t); if these are for exp(-i omega t), turn the signs of the phases"
     )]
     Rises {

@@ -2,9 +2,25 @@
 
 use rijke_numerics::{C64, Jet, howe, howe_parts};
 
+/// What walls around a jet leave of its steady loss in the open, for the parts `[before, after]` of the areas
+/// of the ducts that holes take: (0.707 sqrt(1 - before) + 1 - after)^2 over its value at 0, the law of
+/// sharp-edged orifices (Idelchik 1986, chapter 4). A jet in a wide duct loses all its momentum however near
+/// the next jet is; one that fills the duct loses none.
+#[must_use]
+pub fn steady_share([before, after]: [f64; 2]) -> f64 {
+    let loss =
+        |before: f64, after: f64| (0.707 * (1.0 - before).max(0.0).sqrt() + (1.0 - after).max(0.0)).powi(2);
+    loss(before, after) / loss(0.0, 0.0)
+}
+
 /// A hole with a bias flow: impedance Z = drag + s (inertia + shed (2R/K_R - 1)), with K_R Howe's
 /// conductivity at the Strouhal number omega R/U (Howe 1979, Proc. R. Soc. Lond. A 366; thickness in series
 /// as in Hughes & Dowling 1990, J. Fluid Mech. 218). Without flow K_R = 2R.
+///
+/// Howe's hole is alone in a plane. In a plate across a duct the attached mass is phi times as large (Fok) and
+/// the steady loss q times ([`steady_share`]): pi R phi/2 is shed, and the Strouhal number is that of the
+/// radius R phi/q, so that the resistance is 2 rho U q at low frequencies and pi rho U q/2 at high ones, and
+/// the mass that the flow takes away there no more than what was attached.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BiasHole {
     /// Without the vortices, times the area of the duct over that of the holes for a plate: Pa s/m.
@@ -13,7 +29,7 @@ pub struct BiasHole {
     pub inertia: f64,
     /// rho pi R/2, times the same and what the walls of the duct leave of it: the inertia of K_R.
     pub shed: f64,
-    /// R/U, s, with U the velocity averaged over the hole.
+    /// R/U, s, with U the velocity averaged over the hole; times phi/q in a duct.
     pub time: f64,
     /// What it closes.
     pub of: Behind,

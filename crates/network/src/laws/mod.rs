@@ -14,7 +14,7 @@ mod roots;
 mod spread;
 pub mod wall;
 
-pub use bias::{Behind, BiasHole};
+pub use bias::{Behind, BiasHole, steady_share};
 pub use ends::{choked_inlet, choked_outlet, thick_wall_correction};
 pub use holes::{Leg, SideHole, fok, inner_correction, matching_length, series_correction};
 pub use probe::{PathDuct, Probe, Side, SourceCoefficient};

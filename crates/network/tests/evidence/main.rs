@@ -27,4 +27,5 @@ mod oscilos;
 mod ranges;
 mod refusals;
 mod row;
+mod slope_in_flow;
 mod spread;

@@ -34,6 +34,15 @@ fn exact_oscilos_inputs() {
     let flame =
         OscilosTexts { geometry: "x r s t\n0 0.01 0 0\n1 0.01 11 0\n2 0.01 0 0\n".to_owned(), ..texts() };
     assert_eq!(read_oscilos(&flame).unwrap_err(), OscilosError::NoFlame);
+    let untitled = OscilosTexts { geometry: "0 0.01 0 0\n1 0.01 0 0\n2 0.01 0 0\n".to_owned(), ..texts() };
+    let said = read_oscilos(&untitled).unwrap_err().to_string();
+    assert!(said.starts_with("Geometry.txt: the first line, `0 0.01 0 0`, holds numbers"), "{said}");
+    let twice = OscilosTexts {
+        geometry: "x r s t\n0 0.01 0 0\n1 0.01 11 0\n1.5 0.01 11 0\n2 0.01 0 0\n".to_owned(),
+        flame: Some("t a b\n1 0.3 2.1".to_owned()),
+        ..texts()
+    };
+    assert_eq!(read_oscilos(&twice).unwrap_err(), OscilosError::Flames { row: 3 });
     let lit = OscilosTexts { flame: Some("t a b\n1 0.3 2.1".to_owned()), ..flame };
     let modes = read_oscilos(&lit).map(|(chain, region)| chain.modes(&region).unwrap()).unwrap();
     assert!(modes.counted >= 8);

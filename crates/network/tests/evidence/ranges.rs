@@ -81,7 +81,67 @@ fn message_what_is_out_of_range_is_said() {
         "diameter = 0.1\nwall = 'kirchhoff'",
         &plate.replace("thickness", "drag = 500\nthickness"),
     );
+    // Of the end through which the flow enters, below.
+    let quiet = quiet.replace("'closed'", "'constant'\nmodulus = 0.5\nangle = 0");
     assert!(read(&quiet).unwrap().warnings.is_empty(), "{:?}", read(&quiet).unwrap().warnings);
+}
+
+/// Gas that enters at a constant rate reflects (1 - M)/(1 + M); a closed end through which it is blown feeds the
+/// modes of a tube that nothing drives.
+#[test]
+fn exact_a_closed_end_that_is_blown_through_is_said_and_its_remedy_feeds_nothing() {
+    let flow = "[flow]\nmach = 0.05\nentropy_waves = false";
+    let closed = tube(flow, "diameter = 0.1", "")
+        .replace("'unflanged'", "'constant'\nmodulus = 0.904761905\nangle = 0");
+    let built = read(&closed).unwrap();
+    let said = built.warnings[0].to_string();
+    assert!(said.contains("[upstream]: gas enters here") && said.contains("modulus 0.9048"), "{said}");
+    let growth = |text: &str| {
+        let built = read(text).unwrap();
+        built.modes(&built.region).unwrap().modes.iter().map(|m| m.s.re).collect::<Vec<_>>()
+    };
+    // e^{2 s L/(c (1 - M^2))} = R_u R_d.
+    let c = (1.4_f64 * 287.05 * 293.15).sqrt();
+    let rate = |product: f64| 0.5 * c * (1.0 - 0.05_f64.powi(2)) * product.ln();
+    let remedied = closed.replacen("'closed'", "'constant'\nmodulus = 0.904761905\nangle = 0", 1);
+    assert!(read(&remedied).unwrap().warnings.is_empty());
+    let kept = 0.95_f64 / 1.05;
+    for (text, product) in [(&closed, kept), (&remedied, kept * kept)] {
+        assert!(growth(text).iter().all(|sigma| (sigma - rate(product)).abs() < 1e-4), "{:?}", growth(text));
+    }
+}
+
+#[test]
+fn message_equal_resonators_at_one_place_and_sizes_that_are_none_are_said() {
+    let resonator = "[[element]]\ntype = 'helmholtz'\nvolume = 1e-3\nneck_area = 3e-4\nneck_length = 0.04\n";
+    let two = tube("", "diameter = 0.1", &format!("{resonator}{resonator}"));
+    let other = two.replacen("volume = 1e-3", "volume = 1.0000001e-3", 1);
+    let [twins, apart] = [&two, &other].map(|text| read(text).unwrap());
+    let said = twins.warnings[0].to_string();
+    assert!(twins.warnings.len() == 1 && said.contains("they also ring against each other"), "{said}");
+    assert!(apart.warnings.is_empty());
+    // The mode that is said not to be counted.
+    let count = |built: &rijke_network::file::Built| built.modes(&built.region).unwrap().modes.len();
+    assert_eq!(count(&apart), count(&twins) + 1);
+    for (head, element, said) in [
+        ("[gas]\ngas_constant = 8.314", "", "the heaviest gas has 23"),
+        ("[gas]\ngamma = 14", "", "no gas has more than 5/3"),
+        ("", "[[element]]\ntype = 'screen'", "it does nothing"),
+        ("", &resonator.replace("1e-3", "0.5"), "the cavity is not small beside the wavelength"),
+        ("", &resonator.replace("0.04", "0.9"), "the neck is not small beside the wavelength"),
+        ("", "[[element]]\ntype = 'quarter-wave'\nlength = 0.2\narea = 0.5", "its area is 0.500 m^2"),
+    ] {
+        let warnings = read(&tube(head, "diameter = 0.1", element)).unwrap().warnings;
+        assert!(warnings.iter().any(|w| w.to_string().contains(said)), "{said}: {warnings:?}");
+    }
+    let wide = |diameter: f64| read(&tube("", &format!("diameter = {diameter}"), "")).unwrap().warnings;
+    for diameter in [3.0, 5.0] {
+        assert!(
+            wide(diameter).iter().any(|w| w.to_string().contains("cut on")),
+            "{diameter}: {:?}",
+            wide(diameter)
+        );
+    }
 }
 
 /// Where gas is drawn in from rest, R = -(1 - M)/(1 + M). A uniform tube that is open at both ends then loses

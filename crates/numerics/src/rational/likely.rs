@@ -1,8 +1,9 @@
 //! The rational functions that a noisy table allows: other orders and delays, each with its probability.
 
-use super::relocate::{Samples, relocate, residues, spread, upper};
+use super::polish::polished;
+use super::relocate::{Fractions, Samples, relocate, residues, spread, upper};
 use super::rows::{TableRow, phase_slope};
-use super::table::Table;
+use super::table::{Table, TableError};
 use crate::{C64, Stream, TwoPart};
 use rand::RngExt;
 use std::f64::consts::PI;
@@ -13,9 +14,14 @@ const DELAYS: [f64; 6] = [0.0, 0.2, 0.4, 0.6, 0.8, 1.0];
 const BESIDE: usize = 4;
 /// Steps of vector fitting from poles that are spread over the band, and from those of a fit nearby.
 const STEPS: [usize; 2] = [8, 4];
+/// Dampings of the poles from which fits start: those of narrow lines, and broad ones.
+const DAMPINGS: [f64; 1] = [0.01];
 /// By what differences of the criterion are divided: a bias that is too small to show on the imaginary axis
 /// grows off it, so that fits which are a little less likely there must count.
 const TEMPER: f64 = 3.0;
+
+/// Root mean square deviation, of the tolerance, below which rows tell fits apart no more.
+const CLOSE: f64 = 0.1;
 
 /// Most times that a noise which grows with the gain is sought.
 const ROUNDS: usize = 6;
@@ -88,6 +94,52 @@ impl Likely {
     }
 }
 
+impl Table {
+    /// The rational function of lowest order that meets the rows to `tolerance` of the largest gain, with the
+    /// mean delay (the slope of the phase, by least squares) taken out before or not, whichever takes fewer
+    /// poles; or one of nearly that order which the rows make more probable by far.
+    ///
+    /// The rows are met if each lies within the tolerance. They are met too if their deviations are those
+    /// of noise of which the tolerance is twice the root mean square or more: complex Gaussian errors e of
+    /// rms sigma have P(|e| > x) = exp(-x^2/sigma^2), so that some of many rows lie beyond 2 sigma, and a
+    /// pole for each of them would be one of the noise.
+    ///
+    /// # Errors
+    /// [`TableError`].
+    pub fn fit(rows: &[TableRow], tolerance: f64) -> Result<Self, TableError> {
+        Ok(most_probable(rows, Self::lowest(rows, tolerance)?, tolerance))
+    }
+}
+
+/// Of the fits near `lowest` in order that meet the rows to `tolerance`, the one of the least Bayesian
+/// criterion, n ln(square/n) + parameters ln n of n numbers: a pole of the noise gains less than that
+/// asks for, and a bias that a wide tolerance lets pass does not.
+fn most_probable(rows: &[TableRow], lowest: Table, tolerance: f64) -> Table {
+    let omega: Vec<f64> = rows.iter().map(|row| 2.0 * PI * row.frequency).collect();
+    let values: Vec<C64> = rows.iter().map(|row| C64::from_polar(row.gain, row.phase)).collect();
+    let delay = -phase_slope(rows).min(0.0);
+    let measured = Measured { omega: &omega, values: &values, delay, kept: &lowest };
+    let numbers = 2.0 * omega.len() as f64;
+    let scale = values.iter().map(|v| v.norm()).fold(0.0, f64::max);
+    let least = 0.5 * numbers * (CLOSE * tolerance * scale).powi(2);
+    let criterion = |(fit, square): &(Table, f64)| {
+        let criterion = numbers * (square.max(least) / numbers).ln() + parameters(fit) * numbers.ln();
+        (numbers > parameters(fit) + 1.0 && criterion.is_finite()).then_some(criterion)
+    };
+    if measured.square(&lowest, &[]) <= least {
+        return lowest;
+    }
+    let mut rated: Vec<(Table, f64)> = measured
+        .candidates(&[])
+        .into_iter()
+        .filter_map(|c| Some((criterion(&c)?, c.0)))
+        .map(|(r, fit)| (fit, r))
+        .collect();
+    rated.sort_by(|a, b| a.1.total_cmp(&b.1));
+    let meets = |(fit, _): (Table, f64)| Some(fit.held(rows, tolerance)).filter(|(_, meets)| *meets);
+    rated.into_iter().find_map(meets).map_or(lowest, |(fit, _)| fit)
+}
+
 /// A table, its mean delay, and the fit that is kept.
 struct Measured<'a> {
     omega: &'a [f64],
@@ -108,24 +160,40 @@ impl Measured<'_> {
         self.omega.iter().zip(self.values).map(at).collect()
     }
 
-    /// The fits with their probabilities, if the noise of the rows has standard deviations in proportion to
-    /// `sds`.
-    fn fits(&self, sds: &[f64]) -> Vec<(Table, f64)> {
-        let Self { omega, values, delay: mean, kept } = *self;
+    /// The sum of the squared deviations of a fit over `sds`.
+    fn square(&self, fit: &Table, sds: &[f64]) -> f64 {
         let weight = |k: usize| sds.get(k).map_or(1.0, |sd| 1.0 / (sd * sd));
-        let square =
-            self.residuals(kept).iter().enumerate().map(|(k, [_, square, _])| weight(k) * square).sum();
-        let mut found = vec![(kept.clone(), square)];
+        self.residuals(fit).iter().enumerate().map(|(k, [_, square, _])| weight(k) * square).sum()
+    }
+
+    /// The fit that is kept, and fits of orders up to [`BESIDE`] lower and higher with six delays, by least
+    /// squares, each with the sum of its squared deviations over `sds`. Those whose poles grow at frequencies
+    /// of the table are left out.
+    fn candidates(&self, sds: &[f64]) -> Vec<(Table, f64)> {
+        let Self { omega, values, delay: mean, kept } = *self;
+        let mut found = vec![(kept.clone(), self.square(kept, sds))];
         let order = kept.terms.len();
         let samples = Samples { omega, values, sds };
         for part in if mean > 0.0 { &DELAYS[..] } else { &DELAYS[..1] } {
             for order in order.saturating_sub(BESIDE)..=order + BESIDE {
-                let poles = spread(order, range(omega));
-                let fit = best(&samples, part * mean, poles, STEPS[0]);
-                found.extend(fit.filter(|(fit, _)| !fit.grows()));
+                for damping in DAMPINGS {
+                    let poles = spread(order, range(omega), damping);
+                    let fit = best(&samples, part * mean, poles, STEPS[0]);
+                    found.extend(fit.filter(|(fit, _)| !fit.grows()));
+                    if order < 2 {
+                        break;
+                    }
+                }
             }
         }
-        let numbers = 2.0 * omega.len() as f64;
+        found
+    }
+
+    /// The fits with their probabilities, if the noise of the rows has standard deviations in proportion to
+    /// `sds`.
+    fn fits(&self, sds: &[f64]) -> Vec<(Table, f64)> {
+        let found = self.candidates(sds);
+        let numbers = 2.0 * self.omega.len() as f64;
         let rated = found.into_iter().filter_map(|(fit, square)| {
             let parameters = parameters(&fit);
             let free = numbers - parameters - 1.0;
@@ -187,7 +255,12 @@ fn best(samples: &Samples<'_>, delay: f64, poles: Vec<C64>, steps: usize) -> Opt
             _ => break,
         }
     }
-    found
+    let (fit, _) = found?;
+    let start = Fractions { constant: fit.constant, terms: fit.terms };
+    let Fractions { constant, terms } = polished(&samples, start);
+    let fit = Table { constant, terms, ..blank };
+    let square = square(&fit);
+    Some((fit, square))
 }
 
 #[cfg(test)]

@@ -21,16 +21,16 @@ pub(super) struct Samples<'a> {
 
 impl Samples<'_> {
     /// What the equation of sample `i` is multiplied by.
-    fn weight(&self, i: usize) -> f64 {
+    pub(super) fn weight(&self, i: usize) -> f64 {
         self.sds.get(i).map_or(1.0, |sd| 1.0 / sd)
     }
 }
 
-/// Poles of `order` spread over the band, of a damping of 1 %.
-pub(super) fn spread(order: usize, [low, high]: [f64; 2]) -> Vec<C64> {
+/// Poles of `order` spread over the band, with this ratio of -Re to Im.
+pub(super) fn spread(order: usize, [low, high]: [f64; 2], damping: f64) -> Vec<C64> {
     let pairs = order / 2;
     let at = |k: usize| low + (high - low) * (k as f64 + 0.5) / pairs as f64;
-    let mut poles: Vec<C64> = (0..pairs).map(|k| C64::new(-0.01 * at(k), at(k))).collect();
+    let mut poles: Vec<C64> = (0..pairs).map(|k| C64::new(-damping * at(k), at(k))).collect();
     if order % 2 == 1 {
         poles.push(C64::new(-0.5 * (low + high), 0.0));
     }
@@ -127,7 +127,7 @@ pub(super) fn relocate(samples: &Samples<'_>, poles: &[C64]) -> Result<Vec<C64>,
 }
 
 /// x that makes |sum of x_k column_k - b| least, by Gram and Schmidt, twice; `None` if columns are dependent.
-fn least_squares(mut columns: Vec<Vec<f64>>, mut b: Vec<f64>) -> Option<Vec<f64>> {
+pub(super) fn least_squares(mut columns: Vec<Vec<f64>>, mut b: Vec<f64>) -> Option<Vec<f64>> {
     let dot = |x: &[f64], y: &[f64]| x.iter().zip(y).map(|(x, y)| x * y).sum::<f64>();
     let n = columns.len();
     let mut r = vec![vec![0.0; n]; n];

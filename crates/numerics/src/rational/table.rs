@@ -5,11 +5,15 @@
 use super::aaa::fractions;
 use super::relocate::{Samples, relocate, residues, spread, upper};
 use super::rows::{COARSE, TableRow, phase_slope};
+use crate::words::to_digits;
 use crate::{C64, DenseError, Jet, JetSpace};
 use std::f64::consts::PI;
 
 /// A tolerance of a measurement is two to three times the root mean square of its errors.
 const OF_NOISE: f64 = 0.5;
+/// Pairs of poles over which the noise about a fit must fall, and to what part of it; else it is the noise of
+/// the rows.
+const ALIKE: (usize, f64) = (6, 0.8);
 /// By how many of its errors the root mean square may be larger by chance.
 const LEEWAY: f64 = 3.0;
 /// The chance that one of all rows is further off by noise than a fit may be.
@@ -65,6 +69,19 @@ pub enum TableError {
         /// What was reached.
         reached: f64,
     },
+    /// The rows are noisier than the tolerance says.
+    #[error(
+        "the rows of the table scatter about every rational function by {noise:.1e} of its largest gain, root mean square, and the tolerance is \
+         {tolerance:.1e}: give two to three times the scatter, tolerance = {remedy}; phases are in rad"
+    )]
+    Noisy {
+        /// Root mean square deviation of the rows, over the largest gain.
+        noise: f64,
+        /// Tolerance asked for.
+        tolerance: f64,
+        /// Two and a half times the noise, to two digits.
+        remedy: f64,
+    },
     /// The fit grows without end: a pole with positive growth rate at frequencies of the table.
     #[error(
         "the fit has a pole at {at} with positive growth rate, so it is no response to the past: raise the tolerance to \
@@ -82,6 +99,15 @@ pub enum TableError {
     Tolerance {
         /// The tolerance.
         value: f64,
+    },
+    /// One complex number at all frequencies.
+    #[error(
+        "all rows of the table are one number with a phase of {phase:.3} rad, which no answer to the past has at all frequencies: for an end write \
+         `constant` with modulus and angle; a delay or a filter turns the phase with frequency"
+    )]
+    OneNumber {
+        /// The phase, rad.
+        phase: f64,
     },
     /// The algebra failed.
     #[error(
@@ -103,18 +129,11 @@ struct Held {
 }
 
 impl Table {
-    /// The rational function of lowest order that meets the rows to `tolerance` of the largest gain, with the
-    /// mean delay (the slope of the phase, by least squares) taken out before or not, whichever takes fewer
-    /// poles.
-    ///
-    /// The rows are met if each lies within the tolerance. They are met too if their deviations are those
-    /// of noise of which the tolerance is twice the root mean square or more: complex Gaussian errors e of
-    /// rms sigma have P(|e| > x) = exp(-x^2/sigma^2), so that some of many rows lie beyond 2 sigma, and a
-    /// pole for each of them would be one of the noise.
+    /// The function of lowest order of [`Table::fit`].
     ///
     /// # Errors
     /// [`TableError`].
-    pub fn fit(rows: &[TableRow], tolerance: f64) -> Result<Self, TableError> {
+    pub(super) fn lowest(rows: &[TableRow], tolerance: f64) -> Result<Self, TableError> {
         if !(tolerance > 0.0 && tolerance <= COARSE) {
             return Err(TableError::Tolerance { value: tolerance });
         }
@@ -141,6 +160,11 @@ impl Table {
             };
             return Err(TableError::Row { row: index + 1, what });
         }
+        let first = C64::from_polar(rows[0].gain, rows[0].phase);
+        let same = |e: &TableRow| (C64::from_polar(e.gain, e.phase) - first).norm() <= 1e-9 * first.norm();
+        if first.im.abs() > tolerance * first.norm() && rows.iter().all(same) {
+            return Err(TableError::OneNumber { phase: first.arg() });
+        }
         let omega: Vec<f64> = rows.iter().map(|e| 2.0 * PI * e.frequency).collect();
         let delay = -phase_slope(rows).min(0.0);
         let plain = Self::with_delay(rows, &omega, 0.0, tolerance);
@@ -154,6 +178,17 @@ impl Table {
             (Ok(fit), _) | (_, Ok(fit)) => Ok(fit),
             (_, Err(error)) => Err(error),
         }
+    }
+
+    /// The same function held against the rows of a table: its deviations, and whether it meets them.
+    pub(super) fn held(self, rows: &[TableRow], tolerance: f64) -> (Self, bool) {
+        let omega: Vec<f64> = rows.iter().map(|e| 2.0 * PI * e.frequency).collect();
+        let value = |(e, w): (&TableRow, &f64)| C64::from_polar(e.gain, e.phase + w * self.delay);
+        let values: Vec<C64> = rows.iter().zip(&omega).map(value).collect();
+        let scale = values.iter().map(|v| v.norm()).fold(0.0, f64::max);
+        let samples = Samples { omega: &omega, values: &values, sds: &[] };
+        let held = self.held_against(&samples, &Goal { scale, tolerance });
+        (held.fit, held.misses <= 1.0)
     }
 
     fn with_delay(rows: &[TableRow], omega: &[f64], delay: f64, tolerance: f64) -> Result<Self, TableError> {
@@ -181,7 +216,16 @@ impl Table {
         // A pair of conjugate supports at a time; no more unknowns than equations.
         let most = (rows.len() - 1) / 2;
         let mut reached = fit.fit.deviation;
+        let mut noises = vec![fit.fit.noise];
         while fit.misses > 1.0 {
+            let least = noises.iter().copied().fold(f64::INFINITY, f64::min);
+            let before = noises.len().checked_sub(1 + ALIKE.0);
+            if before
+                .is_some_and(|k| least > ALIKE.1 * noises[..=k].iter().copied().fold(f64::INFINITY, f64::min))
+            {
+                let remedy = to_digits(2.5 * least, 2);
+                return Err(TableError::Noisy { noise: least, tolerance, remedy });
+            }
             if supports.len() == most {
                 return Err(TableError::NoFit { order: 2 * most, tolerance, reached });
             }
@@ -193,9 +237,11 @@ impl Table {
             let (constant, terms) = (found.constant, found.terms);
             let aaa = Self { delay, constant, terms, deviation: unknown, noise: unknown, range };
             let order = aaa.terms.len();
+            let mut least_noise = f64::INFINITY;
             // One order less first, which AAA cannot have: it counts in pairs of supports.
-            for poles in [spread(order - 1, range), upper(aaa.terms.iter().map(|t| t.0))] {
+            for poles in [spread(order - 1, range, 0.01), upper(aaa.terms.iter().map(|t| t.0))] {
                 let better = aaa.with_poles(&samples, poles, &goal);
+                least_noise = least_noise.min(better.fit.noise);
                 if better.misses < fit.misses {
                     fit = better;
                 }
@@ -210,6 +256,7 @@ impl Table {
                     fit = aaa;
                 }
             }
+            noises.push(least_noise);
             reached = reached.min(fit.fit.deviation);
         }
         fit.fit.settled(&samples, &goal)

@@ -136,10 +136,12 @@ pub(super) const HOLE_OUTLETS: [(&str, &str); 2] = [
 /// What the law of an orifice is made of: for the duct before it and the one behind, Fok's function of the
 /// diameter over that of the duct (Fok 1941; Melling 1973, J. Sound Vib. 29, eq. 15), with a last term that
 /// makes it 0 at 1, as in network files.
-pub(super) const PLATE: [(&str, &str); 5] = [
+pub(super) const PLATE: [(&str, &str); 6] = [
     ("plate_open", "pi/4*(diameter)^2/A"),
     ("plate_before", "(diameter)/D"),
     ("plate_after", "(diameter)*sqrt(pi/A_2)/2"),
+    // What walls leave of the steady loss of a jet, Idelchik 1986, chapter 4.
+    ("plate_steady", "((0.707*sqrt(1 - plate_before^2) + 1 - plate_after^2)/1.707)^2"),
     (
         "fok_before",
         "1 - 1.4092*plate_before + 0.33818*plate_before^3 + 0.06793*plate_before^5 - 0.02287*plate_before^6 \
@@ -155,7 +157,11 @@ pub(super) const PLATE: [(&str, &str); 5] = [
 /// What a bias flow adds to the length of air that a hole moves, by kind: pi R/2 (2R/K_R - 1) with Howe's
 /// conductivity (1979, Proc. R. Soc. Lond. A 366), for a plate less what the ducts leave of it.
 pub(super) const SHED: [(&str, &str); 2] = [
-    ("orifice", "pi/8*(diameter)*(fok_before + fok_after)*(1/howe(s*(diameter)/2/(bias_velocity)) - 1)"),
+    (
+        "orifice",
+        "pi/8*(diameter)*(fok_before + fok_after)*(1/howe(s*(diameter)/4*(fok_before + \
+         fok_after)/plate_steady/(bias_velocity)) - 1)",
+    ),
     ("helmholtz", "sqrt(pi*(neck_area))/2*(1/howe(s*sqrt((neck_area)/pi)/(bias_velocity)) - 1)"),
 ];
 
