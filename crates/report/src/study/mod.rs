@@ -8,9 +8,11 @@ mod checks;
 mod claims;
 mod figure;
 mod first;
+mod groups;
 mod head;
 mod map;
 pub(crate) mod numbers;
+mod series;
 mod sliders;
 mod tables;
 
