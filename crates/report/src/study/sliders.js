@@ -29,7 +29,7 @@
     name.split(/((?<![\p{L}\p{N}_])\p{L}(?:_[\p{L}\p{N},]+)?(?![\p{L}\p{N}_]))/u).forEach((part, k) => {
       if (k % 2 === 0) { if (part) element.append(part.replaceAll('_', ' ')); return; }
       const [letter, below] = part.split(/_(.*)/);
-      make(element, svg ? 'svg:tspan' : 'i', svg ? { 'font-style': 'italic' } : {}, letter);
+      make(element, svg ? 'svg:tspan' : 'var', svg ? { 'font-style': 'italic' } : {}, letter);
       if (below === undefined) return;
       make(element, svg ? 'svg:tspan' : 'sub', svg ? { dy: '0.25em', 'font-size': '75%' } : {}, below);
       if (svg) make(element, 'svg:tspan', { dy: '-0.19em' }, '\u200b');
