@@ -49,8 +49,8 @@ impl Axis {
         Self { names: names.to_vec(), ..Self::new(label, -0.5, names.len() as f64 - 0.5) }
     }
 
-    /// An axis that holds all values that can be drawn with a margin of a twentieth on either side. One value,
-    /// or several that are the same but for rounding, has a tenth of itself on either side.
+    /// An axis that holds all values that can be drawn with a margin of a twentieth on either side. One
+    /// value, or several that are the same but for rounding, has a tenth of itself on either side.
     pub fn covering(label: &str, values: impl IntoIterator<Item = f64>) -> Self {
         let drawn = values.into_iter().filter(|v| is_drawn(*v));
         let (low, high) =
@@ -77,8 +77,8 @@ impl Axis {
         self.ticks_every(round_step((self.high - self.low) / MOST_TICKS))
     }
 
-    /// The same, but no more than have room for labels side by side on an axis that is `long` pixels long.
-    /// `wide` is the width of a label.
+    /// The same, but no more than have room for labels side by side on an axis of `long` pixels. `wide` is
+    /// the width of a label.
     pub(crate) fn ticks_within(&self, long: f64, wide: impl Fn(&str) -> f64) -> Ticks {
         let range = self.high - self.low;
         let mut step = if self.names.is_empty() { round_step(range / MOST_TICKS) } else { 1.0 };

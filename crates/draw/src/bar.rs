@@ -1,6 +1,6 @@
 //! A bar of colours beside a panel, which says what the colours of its areas mean.
 
-use super::{INK, panel::TICK, px, text};
+use super::{INK, px, style::TICK, text};
 
 /// Width of the bar, and between it and its numbers, pixels.
 const WIDE: f64 = 14.0;

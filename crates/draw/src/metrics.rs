@@ -1,5 +1,5 @@
-//! The bundled font: its bytes, and how wide its letters are. They have the widths of Arial and Helvetica, which
-//! the SVG files name.
+//! The bundled font: its bytes, and how wide its letters are. They have the widths of Arial and Helvetica,
+//! which the SVG files name.
 
 use std::sync::OnceLock;
 use ttf_parser::{Face, FaceParsingError, GlyphId};
@@ -8,8 +8,8 @@ use ttf_parser::{Face, FaceParsingError, GlyphId};
 pub(crate) const REGULAR: &[u8] = include_bytes!("../fonts/Arimo-Regular.ttf");
 pub(crate) const ITALIC: &[u8] = include_bytes!("../fonts/Arimo-Italic.ttf");
 
-/// Width of a text in the upright or the italic face at size 1. A letter that the font lacks is as wide as its
-/// empty box.
+/// Width of a text in the upright or the italic face at size 1. A letter that the font lacks is as wide as
+/// its empty box.
 pub(crate) fn advance(text: &str, italic: bool) -> f64 {
     static FACES: [OnceLock<Result<Face<'static>, FaceParsingError>>; 2] = [OnceLock::new(), OnceLock::new()];
     let read = || Face::parse(if italic { ITALIC } else { REGULAR }, 0);

@@ -2,11 +2,11 @@
 
 use super::axis::is_drawn;
 use super::bar::ColourBar;
+use super::style::TICK;
 use super::{Axis, INK, Stroke, Symbol, number, px, text};
 
 /// Font sizes in pixels of the panel's own coordinates.
 const LABEL: f64 = 13.5;
-pub(crate) const TICK: f64 = 12.0;
 const NOTE: f64 = 11.5;
 
 /// Room around the frame: left, right, top, bottom.

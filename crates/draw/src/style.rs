@@ -3,6 +3,9 @@
 /// Colour of axes, text and measured points.
 pub const INK: &str = "#1a1a1a";
 
+/// Font size of numbers at ticks, in pixels of a panel's own coordinates.
+pub(crate) const TICK: f64 = 12.0;
+
 /// How a line is drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stroke {

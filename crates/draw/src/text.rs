@@ -22,8 +22,8 @@ const SMALL: f64 = 0.72;
 const DROP: f64 = 0.22;
 const RISE: f64 = 0.38;
 
-/// Room for fonts that are wider than Helvetica: between stretches that have places of their own, and for a label
-/// as a whole.
+/// Room for fonts that are wider than Helvetica: between stretches that have places of their own, and for a
+/// label as a whole.
 const LOOSE: f64 = 1.06;
 const ROOM: f64 = 1.15;
 
@@ -51,11 +51,11 @@ pub(crate) fn plain(label: &str) -> String {
     runs(label).iter().map(element).collect()
 }
 
-/// The label as an SVG `text` element of the given font size. `anchor` is `start`, `middle` or `end`. A `turned`
-/// label reads upward.
+/// The label as an SVG `text` element of the given font size. `anchor` is `start`, `middle` or `end`. A
+/// `turned` label reads upward.
 ///
-/// Every stretch of a label with several has a place of its own, because some converters lose count of shifts
-/// (`dy`) where a text is turned, and of the width of several stretches where it is not anchored at its start.
+/// Every stretch of a label with several has a place of its own, because some converters lose count of
+/// shifts (`dy`) where a text is turned, and of the width of several stretches where it does not start there.
 /// A stretch before a sub- or superscript ends where that begins, so that in a font of other widths the gap
 /// falls between words. A level text that is anchored at its start flows, as it may be long.
 pub(crate) fn element([x, y]: [f64; 2], turned: bool, anchor: &str, size: f64, label: &str) -> String {
@@ -235,7 +235,7 @@ mod tests {
         let label = "*s*_{r} / s^{-1} < 0";
         assert_eq!(html(label), "<i>s</i><sub>r</sub> / s<sup>\u{2212}1</sup> &lt; 0");
         assert_eq!(plain(label), "s_r / s^-1 < 0");
-        // s is 5 wide, r 0.72 of 3.33, and so on, all with 6 %; each stretch stands where the one before it ends.
+        // s is 5 wide, r 0.72 of 3.33, all with 6 %; each stretch stands where the one before it ends.
         let text = element([0.0, 50.0], true, "start", 10.0, label);
         assert_eq!(
             text,

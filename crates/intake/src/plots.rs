@@ -120,7 +120,8 @@ fn of_click(
     })
 }
 
-/// Of the microphones with these names: start of the decay, what is left, the decay as a whole, and the spectrum before and after.
+/// Of the microphones with these names: start of the decay, what is left, the decay as a whole, and the
+/// spectrum before and after.
 fn ping_panels(fit: &PingFit, trace: &Trace<'_>, live: &[&str]) -> Vec<PlotPanel> {
     let picture = fit.picture(trace);
     let (start, time) = (fit.window.0, "*t* / s");

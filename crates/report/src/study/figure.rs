@@ -111,8 +111,8 @@ fn is_residual(frame: &Frame, layer: &Layer) -> bool {
     frame.columns.get(layer.y).is_some_and(|c| c.name == "residual" || c.name.ends_with("_missed"))
 }
 
-/// The ends of every value with its error. A few errors that are far larger than the others and than all values
-/// are apart do not stretch the axis.
+/// The ends of every value with its error. A few errors that are far larger than the others and than all
+/// values are apart do not stretch the axis.
 fn spans(values: &[(f64, f64)]) -> Vec<f64> {
     let [low, high] = range(values.iter().map(|v| v.0));
     let mut halves: Vec<f64> = values.iter().map(|v| v.1).collect();

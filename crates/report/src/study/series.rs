@@ -103,8 +103,8 @@ impl Series {
     }
 }
 
-/// The name of a series in the markup of labels. Of a row of the campaign the factors follow that tell it from
-/// the other rows.
+/// The name of a series in the markup of labels. Of a row of the campaign the factors follow that tell it
+/// from the other rows.
 fn label(answer: &Answer, name: &str) -> String {
     if let Some((factor, rest)) = name.split_once(" = ") {
         return format!("{} = {rest}", symbol(factor));

@@ -126,6 +126,7 @@ fn millimetres() -> Factor {
 fn page(kind: DataKind, verdicts: &[Judgement]) -> (String, std::path::PathBuf) {
     let head = StudyHead {
         beside: None,
+        found_beside: vec!["Flame: <b>a delay</b>, 5.0 nats ahead of none.".into()],
         name: "A rig".into(),
         question: "Which law?".into(),
         kind,
@@ -147,6 +148,8 @@ fn behaviour_the_page_says_what_was_found_and_whose_data_it_is() {
     let (text, folder) = page(DataKind::Measured, &[]);
     for part in [
         "Measured data. Source: a test.",
+        // What was found on the page of responses stands before what is found here.
+        "<p class=\"answer\">Flame: <b>a delay</b>, 5.0 nats ahead of none.</p>\n<p class=\"answer\">Heat release",
         "Heat release: <b>law &lt;a&gt;</b>, 17.0 nats ahead of law &lt;b&gt;.",
         "1.0109(18)",
         "1.0234(61)",
@@ -189,6 +192,7 @@ fn behaviour_the_page_says_what_was_found_and_whose_data_it_is() {
 fn message_a_page_that_cannot_solve_its_model_says_why() {
     let head = StudyHead {
         beside: None,
+        found_beside: Vec::new(),
         name: "t".into(),
         question: "q".into(),
         kind: DataKind::Virtual,

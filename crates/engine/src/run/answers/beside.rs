@@ -73,8 +73,8 @@ pub fn residuals_over_factors(factors: &[Factor], stage: &StageRecord) -> Option
 /// The best terms at ends and parts that the caption of gains along the rig names, at most.
 const PARTS: usize = 5;
 
-/// The gain of each kind of effect along the rig, and the most that chance gives. Those at ends, and at parts that
-/// may move, are in the caption.
+/// The gain of each kind of effect along the rig, and the most that chance gives. Those at ends, and at parts
+/// that may move, are in the caption.
 #[must_use]
 pub fn gains_along(stage: &StageRecord, missing: &Missing) -> Answer {
     let columns = [("x", "Place", "m"), ("gain", "Expected gain", "nats")];
