@@ -163,7 +163,7 @@ mod tests {
     #[test]
     fn exact_labels_of_ticks_do_not_overlap() {
         let axis = Axis::new("", 0.249_999_9, 0.250_000_1);
-        let wide = |label: &str| 7.0 * label.len() as f64;
+        let wide = |label: &str| 9.0 * label.len() as f64;
         let ticks = axis.ticks_within(340.0, wide);
         let step = ticks.major[1] - ticks.major[0];
         let room = 340.0 * step / (axis.high - axis.low);

@@ -145,7 +145,7 @@ mod tests {
         };
         let svg = figure.svg();
         assert_eq!(svg.matches("<circle").count(), 9);
-        assert_eq!(svg.matches(">(d) wider by share ").count(), 1, "a curve says what is changed: {svg}");
+        assert_eq!(svg.matches(">(d) wider by share").count(), 1, "a curve says what is changed: {svg}");
         assert!(svg.contains("pole of a law") && !svg.contains("NaN"));
         let empty = ModesFigure { modes: vec![], poles: vec![], ..figure };
         assert!(empty.svg().contains("(c)"));

@@ -2,7 +2,7 @@
 
 use super::groups::{Groups, factors_of};
 use rijke_draw::{INK, Key, Mark, Stroke, Symbol, model_stroke, scale_stroke};
-use rijke_engine::run::{Answer, FrameRow, Layer, LayerLook, symbol};
+use rijke_engine::run::{Answer, AnswerPanel, FrameRow, Layer, LayerLook, symbol};
 use rijke_numerics::range;
 
 /// Curves nearer than this share of the range of an axis are one line to the eye.
@@ -136,24 +136,23 @@ pub(super) fn is_coloured(look: LayerLook, answer: &Answer) -> bool {
 
 /// Whether the lines of two series lie on each other in every panel. Only lines through the same places do.
 fn one_line(answer: &Answer, one: &str, other: &str) -> bool {
-    let mut lines = answer.panels.iter().flat_map(|p| &p.layers).peekable();
-    let is_line = |l: &Layer| l.look == LayerLook::Line;
-    lines.peek().is_some()
-        && answer.panels.iter().all(|p| p.layers.iter().any(is_line))
-        && lines.filter(|l| is_line(l)).all(|layer| {
-            let frame = &answer.frames[layer.frame];
-            let number = |values: &[Option<f64>], k: usize| values.get(k).copied().flatten();
-            let points = |series: &str| -> Vec<(&str, Option<f64>, Option<f64>)> {
-                let own = layer.rows(frame).filter(|r| r.series == series);
-                own.map(|r| (r.mode.as_str(), number(&r.values, layer.x), number(&r.values, layer.y)))
-                    .collect()
+    let is_line = |l: &&Layer| l.look == LayerLook::Line;
+    let lines = |panel: &AnswerPanel| panel.layers.iter().filter(is_line).count();
+    let mut all = answer.panels.iter().flat_map(|p| &p.layers).filter(is_line);
+    !answer.panels.is_empty()
+        && answer.panels.iter().all(|p| lines(p) > 0)
+        && all.all(|layer| {
+            let rows = || layer.rows(&answer.frames[layer.frame]);
+            let number = |row: &FrameRow, k: usize| row.values.get(k).copied().flatten();
+            let [low, high] = range(rows().filter_map(|r| number(r, layer.y)));
+            let near = |(a, b): (&FrameRow, &FrameRow)| {
+                let both = number(a, layer.y).zip(number(b, layer.y));
+                a.mode == b.mode
+                    && number(a, layer.x) == number(b, layer.x)
+                    && both.is_some_and(|(y, z)| (y - z).abs() <= ONE_LINE * (high - low))
             };
-            let [low, high] = range(layer.rows(frame).filter_map(|r| number(&r.values, layer.y)));
-            let (a, b) = (points(one), points(other));
-            let near = |(p, q): (&(&str, Option<f64>, Option<f64>), &(&str, Option<f64>, Option<f64>))| {
-                let apart = p.2.zip(q.2).is_some_and(|(y, z)| (y - z).abs() <= ONE_LINE * (high - low));
-                p.0 == q.0 && p.1 == q.1 && apart
-            };
-            a.len() > 1 && a.len() == b.len() && a.iter().zip(&b).all(near)
+            let of = |series: &str| rows().filter(|r| r.series == series).collect::<Vec<_>>();
+            let (first, second) = (of(one), of(other));
+            first.len() > 1 && first.len() == second.len() && first.into_iter().zip(second).all(near)
         })
 }

@@ -84,7 +84,7 @@ fn behaviour_every_look_is_drawn_without_holes_in_the_text() {
     // The colours of each panel stand beside it, and the legend has no sentence of them.
     let svg = answer_svg(None, &map(&|x, y| x + y - 2.5)).unwrap();
     assert!(svg.contains("(b) Probability of instability") && !svg.contains("(b) 50 %"), "{svg}");
-    assert_eq!(svg.matches("stroke-width=\"0.5\"").count(), 6 + 6, "two bars of six colours: {svg}");
+    assert_eq!(svg.matches("stroke-width=\"0.5\"").count(), 5 + 6, "two bars of colours: {svg}");
     // Modes of one point lie far apart: no line leads from one to another, and each has a panel.
     let mut two = answer(LayerLook::Line);
     two.frames[0].rows = (0..4)
