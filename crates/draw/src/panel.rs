@@ -216,9 +216,10 @@ impl Panel {
         }
         out += &text::element([LEFT + 0.5 * width, bottom + 37.0], false, "middle", LABEL, &self.x.label);
         // A label that is longer than the panel would run into others.
-        let long = text::width(&self.y.label, LABEL);
-        let size = LABEL * (self.height / long.max(self.height));
-        out += &text::element([16.0, TOP + 0.5 * height], true, "middle", size, &self.y.label);
+        let middle = TOP + 0.5 * height;
+        let room = 2.0 * middle.min(self.height - middle);
+        let size = LABEL * (room / text::width(&self.y.label, LABEL).max(room));
+        out += &text::element([16.0, middle], true, "middle", size, &self.y.label);
         out += &text::element([LEFT, TOP - 8.0], false, "start", LABEL, &self.tag);
         out += &format!(
             "<g fill=\"#666\">{}</g>",
@@ -310,7 +311,7 @@ mod tests {
         };
         assert_eq!(size("Growth rate"), LABEL);
         let long = "ln Bayes factor between the drags of the gauze / nats";
-        assert!(size(long) < LABEL && text::width(long, size(long)) < 242.0, "{}", size(long));
+        assert!(size(long) < LABEL && text::width(long, size(long)) < 222.0, "{}", size(long));
     }
 
     #[test]

@@ -46,7 +46,7 @@ fn exact_the_figure_of_designs_shows_the_table_of_its_record() {
         data: DataKind::Virtual,
         panels: vec![
             panel("Rms error of growth rates / s^{-1}", &|r| r.2),
-            panel("ln Bayes factor of the drags / nats", &|r| r.3),
+            panel("ln Bayes factor, drags / nats", &|r| r.3),
         ],
     };
     assert!(figure.panels.iter().all(|p| p.curves[0].points.len() > 5));

@@ -40,7 +40,7 @@ fn exact_the_page_names_every_picture_and_every_picture_has_its_panels() {
     // Pings and clicks have colours of their own.
     let colour = |name: &str| {
         let key = delays.split(&format!(">{name}, ")).next().unwrap();
-        key.rsplit("fill=\"#").nth(0).unwrap()[..6].to_owned()
+        key.rsplit("fill=\"#").next().unwrap()[..6].to_owned()
     };
     assert_ne!(colour("pings"), colour("clicks"));
 }
