@@ -1,6 +1,6 @@
 //! Figures: panels, a legend and the statement where the data come from.
 
-use super::{DOT, INK, Panel, Stroke, panel, px, text};
+use super::{DOT, INK, Panel, Stroke, Symbol, px, text};
 use rijke_rig::DataKind;
 
 const FONT: &str = "'Helvetica Neue', Helvetica, Arial, 'Liberation Sans', 'DejaVu Sans', sans-serif";
@@ -42,10 +42,16 @@ pub enum Mark {
     Line(Stroke),
     /// A dot of this colour.
     Dot(&'static str),
+    /// A filled symbol of this colour.
+    Point(Symbol, &'static str),
+    /// A short horizontal line, as a prediction at one place is drawn.
+    Dash(Stroke),
+    /// The same through an open symbol.
+    DashedRing(Stroke),
+    /// A dot of this colour with a vertical bar.
+    Bar(&'static str),
     /// A patch of this colour.
     Patch(&'static str),
-    /// A patch filled with this colour.
-    Fill(&'static str),
     /// A diagonal cross.
     Cross(Stroke),
 }
@@ -74,7 +80,8 @@ impl Figure {
             body += &format!("<g transform=\"translate({x} {y})\">{}</g>", key.mark.elements());
             for (k, line) in lines.iter().enumerate() {
                 cursor[1] += if k > 0 { LINE } else { 0.0 };
-                body += &panel::write([cursor[0] + MARK, cursor[1]], "start", LEGEND, line.trim_end());
+                body +=
+                    &text::element([cursor[0] + MARK, cursor[1]], false, "start", LEGEND, line.trim_end());
             }
             cursor[0] += wide;
         }
@@ -143,11 +150,21 @@ impl Mark {
         match self {
             Self::Line(stroke) => format!("<path d=\"M1 0H25\" fill=\"none\" {}/>", stroke.attributes()),
             Self::Dot(colour) => format!("<circle cx=\"13\" cy=\"0\" r=\"3.2\" fill=\"{colour}\"/>"),
+            Self::Point(symbol, colour) => {
+                format!("<path d=\"{}\" fill=\"{colour}\"/>", symbol.outline([13.0, 0.0], 3.2))
+            }
+            Self::Dash(stroke) => format!("<path d=\"M8.5 0H17.5\" fill=\"none\" {}/>", stroke.attributes()),
+            Self::DashedRing(stroke) => {
+                let ring = Symbol::Dot.outline([13.0, 0.0], 4.0);
+                format!("<path d=\"M5.5 0H20.5{ring}\" fill=\"none\" {}/>", stroke.attributes())
+            }
+            Self::Bar(colour) => format!(
+                "<path d=\"M13 -8V8\" fill=\"none\" {}/><circle cx=\"13\" cy=\"0\" r=\"{}\" fill=\"{colour}\"/>",
+                Stroke::solid(colour, 1.0).attributes(),
+                px(DOT)
+            ),
             Self::Patch(colour) => {
                 format!("<path d=\"M1 -5H25V5H1Z\" fill=\"{colour}\" fill-opacity=\"0.2\"/>")
-            }
-            Self::Fill(colour) => {
-                format!("<path d=\"M1 -6H25V6H1Z\" fill=\"{colour}\" stroke=\"{INK}\" stroke-width=\"0.5\"/>")
             }
             Self::Cross(stroke) => {
                 format!("<path d=\"M8 -5L18 5M8 5L18 -5\" fill=\"none\" {}/>", stroke.attributes())

@@ -1,21 +1,26 @@
 #![doc = include_str!("../README.md")]
 
 mod axis;
+mod bar;
 mod figure;
 mod files;
+mod metrics;
 mod panel;
 mod pdf;
 mod plot;
 mod style;
+mod symbol;
 mod text;
 
 pub use axis::{Axis, multiples, round_step};
+pub use bar::ColourBar;
 pub use figure::{Figure, Key, Mark};
 pub use files::{is_file_of_figures, write_figure, write_figure_as};
 pub use panel::{COLUMN, DOT, Panel};
 pub use pdf::pdf;
 pub use plot::plot_svg;
 pub use style::{INK, Stroke, fill_colour, model_stroke, scale_colour, scale_stroke};
+pub use symbol::Symbol;
 pub use text::{escape, fixed, html};
 
 /// A coordinate with one decimal, the same bytes on every run.

@@ -1,11 +1,12 @@
 //! One pair of axes and what is drawn in it, in data coordinates.
 
 use super::axis::is_drawn;
-use super::{Axis, INK, Stroke, number, px, text};
+use super::bar::ColourBar;
+use super::style::TICK;
+use super::{Axis, INK, Stroke, Symbol, number, px, text};
 
 /// Font sizes in pixels of the panel's own coordinates.
 const LABEL: f64 = 13.5;
-const TICK: f64 = 12.0;
 const NOTE: f64 = 11.5;
 
 /// Room around the frame: left, right, top, bottom.
@@ -32,12 +33,19 @@ pub struct Panel {
     body: String,
     /// Colour of the dots with which the body ends, if it ends with dots.
     dots: String,
+    /// What the colours of areas mean.
+    bar: Option<ColourBar>,
 }
 
 impl Panel {
     /// An empty panel; `tag` stands above its left corner, such as `(a)`.
     pub fn new(tag: &str, [width, height]: [f64; 2], x: Axis, y: Axis) -> Self {
-        Self { width, height, tag: tag.to_owned(), x, y, body: String::new(), dots: String::new() }
+        Self { width, height, tag: tag.to_owned(), x, y, body: String::new(), dots: String::new(), bar: None }
+    }
+
+    /// Puts a bar of colours beside the frame. To be called before anything is drawn.
+    pub fn colour_bar(&mut self, bar: ColourBar) {
+        self.bar = Some(bar);
     }
 
     /// A line through points. A point that cannot be drawn interrupts it.
@@ -85,17 +93,33 @@ impl Panel {
         );
     }
 
-    /// A filled circle with a remark that browsers show under the pointer. Of a measured point it begins with
+    /// A filled symbol with a remark that browsers show under the pointer. Of a measured point it begins with
     /// the name and a colon, by which the page finds it in all figures.
-    pub fn dot(&mut self, [x, y]: [f64; 2], radius: f64, colour: &str, remark: &str) {
-        let ([x, y], radius, remark) = (self.at([x, y]).map(px), px(radius), text::escape(remark));
+    pub fn point(&mut self, at: [f64; 2], radius: f64, symbol: Symbol, colour: &str, remark: &str) {
+        let (at, remark) = (self.at(at), text::escape(remark));
         match self.body.strip_suffix("</g>").filter(|_| self.dots == colour) {
             Some(before) => self.body.truncate(before.len()),
             None => self.body += &format!("<g fill=\"{colour}\">"),
         }
         colour.clone_into(&mut self.dots);
-        self.body +=
-            &format!("<circle cx=\"{x}\" cy=\"{y}\" r=\"{radius}\"><title>{remark}</title></circle></g>");
+        let ([x, y], r) = (at.map(px), px(radius));
+        self.body += &match symbol {
+            Symbol::Dot => {
+                format!("<circle cx=\"{x}\" cy=\"{y}\" r=\"{r}\"><title>{remark}</title></circle></g>")
+            }
+            shape => format!("<path d=\"{}\"><title>{remark}</title></path></g>", shape.outline(at, radius)),
+        };
+    }
+
+    /// A filled circle, as [`Panel::point`] draws it.
+    pub fn dot(&mut self, at: [f64; 2], radius: f64, colour: &str, remark: &str) {
+        self.point(at, radius, Symbol::Dot, colour, remark);
+    }
+
+    /// An open symbol.
+    pub fn ring(&mut self, at: [f64; 2], radius: f64, symbol: Symbol, stroke: &Stroke) {
+        let outline = symbol.outline(self.at(at), radius);
+        self.stroked(&outline, stroke);
     }
 
     /// A patch between a lower and an upper line over the same places, `[x, low, high]`. A gap is a point not
@@ -158,7 +182,8 @@ impl Panel {
             px(height),
             self.body
         );
-        let (x, y) = (self.x.ticks(), self.y.ticks());
+        let x = self.x.ticks_within(width, |label| text::width(label, TICK));
+        let y = self.y.ticks();
         let mut marks = String::new();
         for (ticks, length) in [(&x.major, 6.0), (&x.minor, 3.0)] {
             let (length, across) = (px(length), px(height - 2.0 * length));
@@ -176,31 +201,37 @@ impl Panel {
         out += &format!("<path d=\"{frame}{marks}\" fill=\"none\" stroke=\"{INK}\"/>");
         let size = px(TICK);
         out += &format!("<g text-anchor=\"middle\" font-size=\"{size}\">");
-        for &value in &x.major {
+        for (&value, label) in x.major.iter().zip(&x.labels) {
             let (at, y) = (px(LEFT + width * self.x.place(value)), px(bottom + 17.0));
-            out += &format!("<text x=\"{at}\" y=\"{y}\">{}</text>", text::fixed(value, x.decimals));
+            out += &format!("<text x=\"{at}\" y=\"{y}\">{}</text>", text::escape(label));
         }
         out += &format!("</g><g text-anchor=\"end\" font-size=\"{size}\">");
-        for &value in &y.major {
+        for (&value, label) in y.major.iter().zip(&y.labels) {
             let (x, at) = (px(LEFT - 6.0), px(bottom - height * self.y.place(value) + 0.35 * TICK));
-            out += &format!("<text x=\"{x}\" y=\"{at}\">{}</text>", text::fixed(value, y.decimals));
+            out += &format!("<text x=\"{x}\" y=\"{at}\">{}</text>", text::escape(label));
         }
         out += "</g>";
-        out += &write([LEFT + 0.5 * width, bottom + 37.0], "middle", LABEL, &self.x.label);
-        let middle = px(TOP + 0.5 * height);
+        if let Some(bar) = &self.bar {
+            out += &bar.elements([right + 12.0, TOP], height);
+        }
+        out += &text::element([LEFT + 0.5 * width, bottom + 37.0], false, "middle", LABEL, &self.x.label);
+        // A label that is longer than the panel would run into others.
+        let middle = TOP + 0.5 * height;
+        let room = 2.0 * middle.min(self.height - middle);
+        let size = LABEL * (room / text::width(&self.y.label, LABEL).max(room));
+        out += &text::element([16.0, middle], true, "middle", size, &self.y.label);
+        out += &text::element([LEFT, TOP - 8.0], false, "start", LABEL, &self.tag);
         out += &format!(
-            "<text transform=\"translate(16 {middle}) rotate(-90)\" text-anchor=\"middle\" font-size=\"{}\">{}</text>",
-            px(LABEL),
-            text::svg(&self.y.label, LABEL)
+            "<g fill=\"#666\">{}</g>",
+            text::element([self.width - RIGHT, TOP - 8.0], false, "end", NOTE, note)
         );
-        out += &write([LEFT, TOP - 8.0], "start", LABEL, &self.tag);
-        out += &format!("<g fill=\"#666\">{}</g>", write([right, TOP - 8.0], "end", NOTE, note));
         out
     }
 
     /// Width and height of the frame.
     fn frame(&self) -> [f64; 2] {
-        [self.width - LEFT - RIGHT, self.height - TOP - BOTTOM]
+        let beside = self.bar.as_ref().map_or(0.0, ColourBar::room);
+        [self.width - LEFT - RIGHT - beside, self.height - TOP - BOTTOM]
     }
 
     /// Pixels within the frame.
@@ -232,12 +263,6 @@ impl Panel {
         }
         path
     }
-}
-
-/// A text element; `anchor` is `start`, `middle` or `end`.
-pub(crate) fn write([x, y]: [f64; 2], anchor: &str, size: f64, label: &str) -> String {
-    let (x, y, content, size) = (px(x), px(y), text::svg(label, size), px(size));
-    format!("<text x=\"{x}\" y=\"{y}\" text-anchor=\"{anchor}\" font-size=\"{size}\">{content}</text>")
 }
 
 #[cfg(test)]
@@ -274,6 +299,30 @@ mod tests {
         assert!(panel.body.contains("M60 25A10 5 0 1 0 40 25A10 5 0 1 0 60 25"), "{}", panel.body);
         panel.ellipse([0.5, 0.0], [62.5e-4, 0.1, 37.5 / 2500.0], &Stroke::solid("blue", 1.0));
         assert!(panel.body.contains("M57.1 17.9A10 5 -45 1 0 42.9 32.1"), "{}", panel.body);
+    }
+
+    #[test]
+    fn exact_a_long_label_stays_within_its_panel() {
+        let size = |label: &str| {
+            let panel = Panel::new("", [430.0, 240.0], Axis::new("x", 0.0, 1.0), Axis::new(label, 0.0, 1.0));
+            let drawn = panel.elements("");
+            let turned = drawn.split("rotate(-90)").nth(1).unwrap().split("font-size=\"").nth(1).unwrap();
+            turned.split('"').next().unwrap().parse::<f64>().unwrap()
+        };
+        assert_eq!(size("Growth rate"), LABEL);
+        let long = "ln Bayes factor between the drags of the gauze / nats";
+        assert!(size(long) < LABEL && text::width(long, size(long)) < 222.0, "{}", size(long));
+    }
+
+    #[test]
+    fn exact_symbols_are_drawn_and_found_by_their_remark() {
+        let mut panel = panel();
+        panel.dot([0.5, 0.0], 3.0, "red", "a: 1");
+        panel.point([0.5, 0.0], 3.0, Symbol::of(1), "red", "b: 2");
+        panel.ring([0.5, 0.0], 5.0, Symbol::of(1), &Stroke::solid("blue", 1.0));
+        assert!(panel.body.contains("<path d=\"M47.3 22.3"), "{}", panel.body);
+        assert!(panel.body.contains("<title>b: 2</title></path></g>"), "{}", panel.body);
+        assert!(panel.body.contains("<path d=\"M45.5 20.5") && panel.body.ends_with("/>"), "{}", panel.body);
     }
 
     #[test]

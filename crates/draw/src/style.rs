@@ -3,6 +3,9 @@
 /// Colour of axes, text and measured points.
 pub const INK: &str = "#1a1a1a";
 
+/// Font size of numbers at ticks, in pixels of a panel's own coordinates.
+pub(crate) const TICK: f64 = 12.0;
+
 /// How a line is drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stroke {
@@ -56,13 +59,17 @@ pub fn model_stroke(index: usize) -> Stroke {
 }
 
 /// Colours of an ordered quantity, such as the power of the gauze: from dark blue over red to light orange.
-/// On a grey print they have equal steps from dark to light, 20 of 255.
-const SCALE: [&str; 7] = ["#22306e", "#54329a", "#8a3a98", "#b54a86", "#d3645f", "#e28640", "#e3ab32"];
+/// On a grey print they have equal steps from dark to light, 10 of 255.
+const SCALE: [&str; 13] = [
+    "#22306e", "#3b3184", "#54329a", "#6f3699", "#8a3a98", "#a0428f", "#b54a86", "#c45773", "#d3645f",
+    "#db7550", "#e28640", "#e39939", "#e3ab32",
+];
 
-/// The colour of step `index` of `count` on an ordered scale.
+/// The colour of step `index` of `count` on an ordered scale. Up to thirteen steps have colours of their own.
 pub fn scale_colour(index: usize, count: usize) -> &'static str {
     let last = SCALE.len() - 1;
-    SCALE[(index * last).checked_div(count.saturating_sub(1)).unwrap_or(last).min(last)]
+    let steps = count.saturating_sub(1);
+    SCALE[(index * last + steps / 2).checked_div(steps).unwrap_or(last).min(last)]
 }
 
 /// Colours of areas between levels of a quantity, from blue over rose to light yellow: lines and dots of
@@ -97,11 +104,11 @@ mod tests {
         assert_eq!(dashes.len(), MODELS.len());
         assert!(MODELS.iter().all(|m| grey(m.colour) < 170.0), "too light on white");
         assert!(
-            SCALE.windows(2).all(|w| (15.0..25.0).contains(&(grey(w[1]) - grey(w[0])))),
+            SCALE.windows(2).all(|w| (7.0..13.0).contains(&(grey(w[1]) - grey(w[0])))),
             "{:?}",
             SCALE.map(grey)
         );
-        assert!(grey(SCALE[6]) < 180.0, "too light on white");
+        assert!(grey(SCALE[12]) < 180.0, "too light on white");
         assert!(
             FILLS.windows(2).all(|w| (20.0..26.0).contains(&(grey(w[1]) - grey(w[0])))),
             "{:?}",
@@ -109,6 +116,11 @@ mod tests {
         );
         assert!(grey(FILLS[0]) > grey(INK) + 75.0, "lines are not read on it");
         assert_eq!((0..6).map(|k| fill_colour(k, 6)).collect::<std::collections::BTreeSet<_>>().len(), 6);
+        for count in [2, 7, 8, 13] {
+            let all: std::collections::BTreeSet<_> = (0..count).map(|k| scale_colour(k, count)).collect();
+            assert_eq!(all.len(), count, "two of {count} have one colour");
+        }
+        assert_eq!([0, 3, 6].map(|k| scale_colour(k, 7)), [SCALE[0], SCALE[6], SCALE[12]]);
         assert_ne!(scale_stroke(2, 7, 1.0).dash, scale_stroke(3, 7, 1.0).dash);
     }
 }

@@ -64,8 +64,12 @@ impl Intake {
 
     /// The delays of the channels.
     pub fn plot_of_delays(&self, processed: &Processed) -> Plot {
+        let names = self.source().set().rig.microphones.called();
         let found = [("pings", &processed.ping_delays), ("clicks", &processed.click_delays)];
-        let panels = found.into_iter().filter_map(|(what, d)| Some(delay_panel(what, d.as_ref()?))).collect();
+        let panel = |(k, (what, d)): (usize, (_, &Option<ChannelDelays>))| {
+            Some(delay_panel(what, k, d.as_ref()?, &names))
+        };
+        let panels = found.into_iter().enumerate().filter_map(panel).collect();
         Plot { title: "Delays of the channels".into(), data: self.source().set().kind, panels }
     }
 }
@@ -91,8 +95,10 @@ fn of_ping(
     let known = LiveRecord::of(record, source.set().rig.microphones.reference);
     let trace = Trace::from(&known.record);
     let own = PingOptions { reference: known.reference, ..processed.ping.clone() };
-    let Ok(found) = fit_majority(&trace, &own) else { return Ok(raw_panels(&trace, &known.live)) };
-    let live: Vec<usize> = found.kept.iter().map(|place| known.live[*place]).collect();
+    let names = source.set().rig.microphones.called();
+    let heard: Vec<&str> = known.live.iter().map(|m| names[*m].as_str()).collect();
+    let Ok(found) = fit_majority(&trace, &own) else { return Ok(raw_panels(&trace, &heard)) };
+    let live: Vec<&str> = found.kept.iter().map(|place| heard[*place]).collect();
     let channels: Vec<Vec<f64>> = found.kept.iter().map(|place| trace.channels[*place].clone()).collect();
     Ok(ping_panels(&found.fit, &Trace { channels: &channels, ..trace }, &live))
 }
@@ -107,14 +113,16 @@ fn of_click(
     let known = click_options(source.set(), records.day, Some(records), &processed.click);
     let record = source.click(k, n).or_bad_input()?;
     let trace = Trace::from(&record);
+    let names = source.set().rig.microphones.called();
     Ok(match picture_click(&trace, &known) {
-        Ok(picture) => click_panels(&picture),
-        Err(_) => raw_panels(&trace, &(0..trace.channels.len()).collect::<Vec<_>>()),
+        Ok(picture) => click_panels(&picture, &names),
+        Err(_) => raw_panels(&trace, &names),
     })
 }
 
-/// Start of the decay, what is left, the decay as a whole, and the spectrum before and after.
-fn ping_panels(fit: &PingFit, trace: &Trace<'_>, live: &[usize]) -> Vec<PlotPanel> {
+/// Of the microphones with these names: start of the decay, what is left, the decay as a whole, and the
+/// spectrum before and after.
+fn ping_panels(fit: &PingFit, trace: &Trace<'_>, live: &[&str]) -> Vec<PlotPanel> {
     let picture = fit.picture(trace);
     let (start, time) = (fit.window.0, "*t* / s");
     let early = |points: &[[f64; 2]]| -> Vec<[f64; 2]> {
@@ -123,7 +131,7 @@ fn ping_panels(fit: &PingFit, trace: &Trace<'_>, live: &[usize]) -> Vec<PlotPane
     let decibels = |points: Vec<[f64; 2]>| -> Vec<[f64; 2]> {
         points.into_iter().map(|[f, d]| [f, 20.0 * d.max(1e-12).log10()]).collect()
     };
-    let label = format!("*p* of microphone {} / Pa", live[picture.channel]);
+    let label = format!("Pressure at {} / Pa", live[picture.channel]);
     let (record, fitted) = (early(&picture.record), early(&picture.fit));
     vec![
         PlotPanel {
@@ -139,8 +147,8 @@ fn ping_panels(fit: &PingFit, trace: &Trace<'_>, live: &[usize]) -> Vec<PlotPane
         },
         PlotPanel::new(
             time,
-            "record less fit / Pa",
-            vec![PlotCurve::new("record less fit", Look::Channel(5, 7), picture.residual)],
+            "Residual / Pa",
+            vec![PlotCurve::new("residual: record less fit", Look::Channel(5, 7), picture.residual)],
         ),
         PlotPanel {
             marks: vec![start],
@@ -148,38 +156,37 @@ fn ping_panels(fit: &PingFit, trace: &Trace<'_>, live: &[usize]) -> Vec<PlotPane
         },
         PlotPanel::new(
             "*f* / Hz",
-            "density / dB re 1 Pa Hz^{-1/2}",
+            "Density / dB re 1 Pa Hz^{-1/2}",
             vec![
                 PlotCurve::new("record", Look::Record, decibels(picture.spectrum)),
-                PlotCurve::new("record less fit", Look::Channel(5, 7), decibels(picture.residual_spectrum)),
+                PlotCurve::new(
+                    "residual: record less fit",
+                    Look::Channel(5, 7),
+                    decibels(picture.residual_spectrum),
+                ),
             ],
         ),
     ]
 }
 
-/// The channels in phase with the impulse, and what each leaves.
-fn click_panels(picture: &ClickPicture) -> Vec<PlotPanel> {
+/// The channels in phase with the impulse, each divided by its gain, and what each leaves.
+fn click_panels(picture: &ClickPicture, names: &[String]) -> Vec<PlotPanel> {
     let count = picture.channels.len();
     let milliseconds =
         |points: &[[f64; 2]]| -> Vec<[f64; 2]> { points.iter().map(|[t, p]| [1e3 * t, *p]).collect() };
     let channels = picture.channels.iter().enumerate();
     let mut curves: Vec<PlotCurve> = channels
-        .map(|(m, points)| {
-            PlotCurve::new(&format!("microphone {m}"), Look::Channel(m, count), milliseconds(points))
-        })
+        .map(|(m, points)| PlotCurve::new(&names[m], Look::Channel(m, count), milliseconds(points)))
         .collect();
     curves.push(PlotCurve::new("impulse", Look::Fit, milliseconds(&picture.impulse)));
     let left = picture.left.iter().enumerate();
     let left = left.map(|(m, points)| PlotCurve::new("", Look::Channel(m, count), milliseconds(points)));
-    let time = "time from the arrival / ms";
-    vec![
-        PlotPanel::new(time, "*p* over the gain / Pa", curves),
-        PlotPanel::new(time, "the same less the fit / Pa", left.collect()),
-    ]
+    let time = "Time from the arrival / ms";
+    vec![PlotPanel::new(time, "Pressure / Pa", curves), PlotPanel::new(time, "Residual / Pa", left.collect())]
 }
 
-/// All channels as they are, which are microphones of these `numbers`, for a record that could not be fitted.
-fn raw_panels(trace: &Trace<'_>, numbers: &[usize]) -> Vec<PlotPanel> {
+/// All channels as they are, which are microphones of these names, for a record that could not be fitted.
+fn raw_panels(trace: &Trace<'_>, names: &[impl AsRef<str>]) -> Vec<PlotPanel> {
     let count = trace.channels.len();
     // Largest and smallest of every few samples: the outline, at the resolution of the picture.
     let few = trace.len().div_ceil(500).max(1);
@@ -190,21 +197,27 @@ fn raw_panels(trace: &Trace<'_>, numbers: &[usize]) -> Vec<PlotPanel> {
             let low = y.iter().fold(f64::INFINITY, |a, b| a.min(*b));
             [[t, high], [t, low]]
         });
-        PlotCurve::new(&format!("microphone {}", numbers[m]), Look::Channel(m, count), points.collect())
+        PlotCurve::new(names[m].as_ref(), Look::Channel(m, count), points.collect())
     };
-    vec![PlotPanel::new("*t* / s", "*p* / Pa", trace.channels.iter().enumerate().map(outline).collect())]
+    vec![PlotPanel::new("*t* / s", "Pressure / Pa", trace.channels.iter().enumerate().map(outline).collect())]
 }
 
-fn delay_panel(what: &str, delays: &ChannelDelays) -> PlotPanel {
+/// Delays of the microphones with these names, in the colour with number `colour`.
+fn delay_panel(what: &str, colour: usize, delays: &ChannelDelays, names: &[String]) -> PlotPanel {
     let first = delays.delays.first().copied().unwrap_or(0.0);
     let points: Vec<[f64; 2]> =
         delays.delays.iter().enumerate().map(|(m, d)| [m as f64, 1e6 * (d - first)]).collect();
     let bars = points.iter().enumerate().map(|(m, [x, y])| {
         let (c, (a, b)) = (&delays.covariance, (0, m));
         let sd = 1e6 * (c[(a, a)] + c[(b, b)] - 2.0 * c[(a, b)]).max(0.0).sqrt();
-        PlotCurve::new("2 sd", Look::Fit, vec![[*x, y - 2.0 * sd], [*x, y + 2.0 * sd]])
+        PlotCurve::new("two standard deviations", Look::Fit, vec![[*x, y - 2.0 * sd], [*x, y + 2.0 * sd]])
     });
     let name = format!("{what}, {} Hz", delays.rate_hz);
-    let curves = [PlotCurve::new(&name, Look::Dots(1), points.clone())].into_iter().chain(bars).collect();
-    PlotPanel::new("microphone", &format!("delay of {what} less the first's / us"), curves)
+    let curves =
+        [PlotCurve::new(&name, Look::Dots(colour), points.clone())].into_iter().chain(bars).collect();
+    let relative = names.first().map_or(String::new(), |name| format!(" relative to {name}"));
+    PlotPanel {
+        places: names.to_vec(),
+        ..PlotPanel::new("Microphone", &format!("Delay{relative} / \u{b5}s"), curves)
+    }
 }

@@ -54,7 +54,7 @@ def draw():
     import matplotlib.pyplot as plt
 
     rows = list(csv.DictReader((IMAGES / "search-cost.csv").open()))
-    figure, (left, right) = plt.subplots(1, 2, figsize=(8.4, 3.4), constrained_layout=True)
+    figure, (left, right) = plt.subplots(1, 2, figsize=(8.4, 3.8), constrained_layout=True)
     for study, mark in zip(sorted({row["study"] for row in rows}), "os^"):
         one = [row for row in rows if row["study"] == study and row["shards"] == "1"]
         one.sort(key=lambda row: int(row["combinations"]))
@@ -67,12 +67,15 @@ def draw():
             right.loglog(shards, [float(row["longest_s"]) for row in many], mark + "-", label="the longest shard")
             first = float(many[0]["in_all_s"])
             right.loglog(shards, [first / n for n in shards], color="0.7", label="one run / shards")
-    left.set_xlabel("combinations")
-    left.set_ylabel("processor time / s")
-    right.set_xlabel("shards that share nothing")
+    left.set_xlabel("Combinations")
+    right.set_xlabel("Shards")
     right.set_xticks([1, 2, 4, 8, 16], ["1", "2", "4", "8", "16"])
-    left.legend()
-    right.legend()
+    for tag, panel in zip("ab", (left, right)):
+        panel.set_title(f"({tag})", loc="left")
+        panel.set_ylabel("Processor time / s")
+        panel.tick_params(which="both", direction="in", top=True, right=True)
+        # Below the panel, where it covers no line.
+        panel.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2), frameon=False)
     figure.savefig(IMAGES / "search-cost.svg", metadata={"Date": None})
 
 

@@ -1,6 +1,6 @@
 //! The page of a study from the numbers that its ranking kept.
 
-use crate::response_study::response_page;
+use crate::response_study::{answers, response_page};
 use crate::{StudyHead, StudyPage};
 use rijke_engine::SavedModel;
 use rijke_engine::folder::{ResponseResults, Results, kept, observations, open_study, rival_of};
@@ -14,15 +14,17 @@ use std::path::{Path, PathBuf};
 pub fn draw_study(dir: &Path) -> Result<PathBuf, Failed> {
     let study = open_study(dir)?;
     let results = dir.join("results");
+    let mut found_beside = Vec::new();
     if !study.plan.responses.is_empty() {
         let (responses, within) = ResponseResults::read(&study)?;
+        found_beside = answers(&responses.stages);
         let _lock = Lock::take(&results)?;
         write_response_page(&study.plan, &responses, &results.join(within))?;
     }
     if !study.plan.stages.is_empty() {
         let observations = observations(&study)?;
         let Results { stages, answers, verdicts } = Results::read(dir, &study.plan)?;
-        let head = StudyHead::of(&study, &observations);
+        let head = StudyHead { found_beside, ..StudyHead::of(&study, &observations) };
         let sliders = sliders(&study, &observations, &stages);
         let _lock = Lock::take(&results)?;
         let page = StudyPage::new(&head, &stages, &answers, &verdicts, sliders.as_ref())?;
@@ -41,6 +43,7 @@ pub fn write_response_page(plan: &Plan, found: &ResponseResults, folder: &Path) 
         claims: Claims::default(),
         factors: Vec::new(),
         beside: None,
+        found_beside: Vec::new(),
     };
     for (name, content) in response_page(&head, &found.data.doubts, &found.stages)? {
         let path = folder.join(name);

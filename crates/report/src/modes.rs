@@ -41,15 +41,15 @@ impl ModesFigure {
                 };
                 m.x.iter().zip(y).map(|(x, y)| [*x, *y]).collect()
             };
-            let label = match k {
-                0 => "|*p*| / max |*p*|",
-                1 => "|*\u{3c1}c u*| / max |*p*|",
+            let [name, label] = match k {
+                0 => ["", "|*p*| / max |*p*|"],
+                1 => ["", "|*\u{3c1}c u*| / max |*p*|"],
                 k => label(drawn[0].changes[k - 2].0),
             };
             let curves: Vec<Vec<[f64; 2]>> = drawn.iter().map(curve).collect();
             let values = curves.iter().flatten().map(|p| p[1]).chain([0.0]);
             let end = curves.iter().flatten().map(|p| p[0]).fold(0.0, f64::max);
-            let tag = format!("({})", char::from(b'b' + k as u8));
+            let tag = format!("({}) {name}", char::from(b'b' + k as u8));
             let mut panel =
                 Panel::new(&tag, SIZE, Axis::new("*x* / m", 0.0, end), Axis::covering(label, values));
             for &x in &self.devices {
@@ -88,8 +88,8 @@ impl ModesFigure {
         let [low, high] = self.frequency_hz;
         let wide = |[a, b]: [f64; 2]| [a - 0.06 * (b - a), b + 0.06 * (b - a)];
         let (x, y) = (wide(self.growth_rate), wide(self.frequency_hz));
-        let x = Axis::new("growth rate / s^{-1}", x[0], x[1]);
-        let y = Axis::new("frequency / Hz", y[0], y[1]);
+        let x = Axis::new("Growth rate / s^{-1}", x[0], x[1]);
+        let y = Axis::new("Frequency / Hz", y[0], y[1]);
         let mut panel = Panel::new("(a)", SIZE, x, y);
         let border = [[left, low], [right, low], [right, high], [left, high]];
         panel.contour(&border, &Stroke::dashed("#999", 1.0, "5 3"), "#56b4e9", 0.06);
@@ -106,14 +106,16 @@ impl ModesFigure {
     }
 }
 
-/// What the curve of a change shows.
-fn label(change: SmallChange) -> &'static str {
+/// The name of the curve of a change, which defines *e*, and what its axis counts.
+fn label(change: SmallChange) -> [&'static str; 2] {
+    const DEVICE: &str = "d*\u{3c3}*/d*e* / s^{-1}";
+    const ALONG: &str = "d*\u{3c3}*/d*e* / s^{-1} m^{-1}";
     match change {
-        SmallChange::Device(Device::Drag) => "screen *e* \u{3c1}*c u*: d\u{3c3}/d*e* / s^{-1}",
-        SmallChange::Device(Device::Heat) => "heat *e u*: d\u{3c3}/d*e* / s^{-1}",
-        SmallChange::Device(Device::Leak) => "leak *e p*/\u{3c1}*c*: d\u{3c3}/d*e* / s^{-1}",
-        SmallChange::Area => "wider by 100 %: d\u{3c3}/d*x* / s^{-1} m^{-1}",
-        SmallChange::Temperature => "warmer by 100 %: d\u{3c3}/d*x* / s^{-1} m^{-1}",
+        SmallChange::Device(Device::Drag) => ["screen: *p* drops by *e\u{3c1}cu*", DEVICE],
+        SmallChange::Device(Device::Heat) => ["heat: *u* rises by *eu*", DEVICE],
+        SmallChange::Device(Device::Leak) => ["leak: *u* drops by *ep*/(*\u{3c1}c*)", DEVICE],
+        SmallChange::Area => ["wider by share *e*", ALONG],
+        SmallChange::Temperature => ["hotter by share *e*", ALONG],
     }
 }
 
@@ -143,7 +145,7 @@ mod tests {
         };
         let svg = figure.svg();
         assert_eq!(svg.matches("<circle").count(), 9);
-        assert_eq!(svg.matches("(d)").count(), 1);
+        assert_eq!(svg.matches(">(d) wider by share").count(), 1, "a curve says what is changed: {svg}");
         assert!(svg.contains("pole of a law") && !svg.contains("NaN"));
         let empty = ModesFigure { modes: vec![], poles: vec![], ..figure };
         assert!(empty.svg().contains("(c)"));

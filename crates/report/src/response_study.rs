@@ -45,8 +45,7 @@ pub(crate) fn response_page(
         DataKind::Measured => "Measured data",
         DataKind::Virtual => "Virtual data: no instrument recorded them",
     };
-    let answers: String =
-        stages.iter().filter_map(answer).map(|a| format!("<p class=\"answer\">{a}</p>\n")).collect();
+    let answers: String = answers(stages).iter().map(|a| format!("<p class=\"answer\">{a}</p>\n")).collect();
     let doubts: String = doubts.iter().map(|d| format!("<p class=\"warn\">{}</p>\n", html(d))).collect();
     let page = format!(
         "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width, \
@@ -58,6 +57,11 @@ pub(crate) fn response_page(
     );
     files.push(("index.html".to_owned(), page.into_bytes()));
     Ok(files)
+}
+
+/// What the competitions found, a sentence of HTML for each.
+pub(crate) fn answers(stages: &[ResponseStageRecord]) -> Vec<String> {
+    stages.iter().filter_map(answer).collect()
 }
 
 /// What a competition found, in a sentence; nothing for a stage of one model.

@@ -25,6 +25,8 @@ pub struct PlotPanel {
     pub curves: Vec<PlotCurve>,
     /// Places of vertical lines.
     pub marks: Vec<f64>,
+    /// Where the horizontal axis counts things, their names, from 0 on; else empty.
+    pub places: Vec<String>,
 }
 
 /// One curve.
@@ -57,7 +59,7 @@ impl PlotPanel {
     /// A pair of axes with curves, without vertical lines.
     #[must_use]
     pub fn new(x: &str, y: &str, curves: Vec<PlotCurve>) -> Self {
-        Self { x: x.to_owned(), y: y.to_owned(), curves, marks: Vec::new() }
+        Self { x: x.to_owned(), y: y.to_owned(), curves, marks: Vec::new(), places: Vec::new() }
     }
 }
 

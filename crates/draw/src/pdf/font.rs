@@ -1,16 +1,13 @@
 //! The bundled font: glyphs of a text, and the used ones embedded.
 
 use super::{drawing, packed};
+use crate::metrics::{ITALIC, REGULAR};
 use pdf_writer::types::{CidFontType, FontFlags, SystemInfo, UnicodeCmap};
 use pdf_writer::{Filter, Finish as _, Name, Pdf, Rect, Ref, Str};
 use rijke_numerics::Failed;
 use std::collections::BTreeMap;
 use subsetter::GlyphRemapper;
 use ttf_parser::{Face, GlyphId};
-
-/// Arimo, cut to the characters of labels; `crates/draw/fonts/README.md` says how.
-const REGULAR: &[u8] = include_bytes!("../../fonts/Arimo-Regular.ttf");
-const ITALIC: &[u8] = include_bytes!("../../fonts/Arimo-Italic.ttf");
 
 const INFO: SystemInfo = SystemInfo { registry: Str(b"Adobe"), ordering: Str(b"Identity"), supplement: 0 };
 

@@ -129,10 +129,11 @@ impl Writer {
         Ok(())
     }
 
-    /// A line of text, each stretch in its own face, size and height.
+    /// A line of text, each stretch in its own face and size. A stretch with a place of its own is anchored
+    /// there, any other follows the one before it.
     fn text(&mut self, node: Node<'_, '_>, style: Style<'_>) -> Result<(), Failed> {
-        let [mut x, mut y] = [optional(node, "x", 0.0)?, optional(node, "y", 0.0)?];
-        let (mut stretches, mut whole) = (Vec::new(), 0.0);
+        let (mut x, mut y) = (optional(node, "x", 0.0)?, optional(node, "y", 0.0)?);
+        let mut stretches = Vec::new();
         for child in node.children() {
             let style = style.within(child)?;
             if child.is_element() && !child.has_tag_name("tspan") {
@@ -140,23 +141,25 @@ impl Writer {
             }
             let face = usize::from(child.attribute("font-style") == Some("italic"));
             let (letters, width) = self.fonts[face].set(child.text().unwrap_or(""));
-            y += optional(child, "dy", 0.0)?;
-            stretches.push((face, style.size, whole, y, letters));
-            whole += style.size * width;
+            let wide = style.size * width;
+            x = optional(child, "x", x)?
+                - match style.anchor {
+                    "middle" => 0.5 * wide,
+                    "end" => wide,
+                    _ => 0.0,
+                };
+            y = optional(child, "y", y)? + optional(child, "dy", 0.0)?;
+            stretches.push((face, style.size, x, y, letters));
+            x += wide;
         }
-        x -= match style.anchor {
-            "middle" => 0.5 * whole,
-            "end" => whole,
-            _ => 0.0,
-        };
         if let Some([red, green, blue]) = colour(style.fill)? {
             self.content.set_fill_rgb(red, green, blue);
         }
         self.content.begin_text();
-        for (face, size, right, y, letters) in stretches {
+        for (face, size, x, y, letters) in stretches {
             self.content.set_font(Name(self.fonts[face].name()), size as f32);
             // Letters stand upright where pixels count downward.
-            self.content.set_text_matrix([1.0, 0.0, 0.0, -1.0, (x + right) as f32, y as f32]);
+            self.content.set_text_matrix([1.0, 0.0, 0.0, -1.0, x as f32, y as f32]);
             self.content.show(Str(&letters));
         }
         self.content.end_text();

@@ -14,7 +14,7 @@ fn figure(panels: usize, label: &str) -> String {
     };
     let curves = vec![curve(label, Look::Record), curve("", Look::Dots(1)), curve("spread", Look::Patch(0))];
     let panel =
-        PlotPanel { x: "*t* / s".into(), y: "*\u{3c1}c u*_{0} / s^{-1}".into(), curves, marks: vec![0.4] };
+        PlotPanel { marks: vec![0.4], ..PlotPanel::new("*t* / s", "*\u{3c1}c u*_{0} / s^{-1}", curves) };
     plot_svg(&Plot { title: "Growth".into(), data: DataKind::Virtual, panels: vec![panel; panels] })
 }
 

@@ -23,10 +23,11 @@ pub fn base_flow(runs: &[RunReport], data: DataKind) -> Option<(String, Plot)> {
         )
     };
     let highest = powers.last().copied().unwrap_or(0.0);
-    let along = |(k, r): (usize, &RunReport)| {
+    // The speed of sound jumps at the heater, which tells the runs apart; colours are of powers.
+    let along = |r: &RunReport| {
         let points =
             r.powers.iter().find(|p| p.power_w == highest)?.profile.iter().map(|p| [p.x, p.sound_speed]);
-        Some(PlotCurve::new("", Look::Channel(k, runs.len()), points.collect()))
+        Some(PlotCurve::new("", Look::Fit, points.collect()))
     };
     let title = "Velocity at the heater and speed of sound".into();
     let plot = || Plot {
@@ -34,14 +35,14 @@ pub fn base_flow(runs: &[RunReport], data: DataKind) -> Option<(String, Plot)> {
         data,
         panels: vec![
             PlotPanel::new(
-                "heater / m",
-                "velocity at the heater / m s^{-1}",
+                "Place of the heater / m",
+                "Velocity at the heater / m s^{-1}",
                 powers.iter().enumerate().map(velocity).collect(),
             ),
             PlotPanel::new(
-                &format!("x / m, at {highest} W"),
-                "speed of sound / m s^{-1}",
-                runs.iter().enumerate().filter_map(along).collect(),
+                "*x* / m",
+                &format!("Speed of sound at {highest} W / m s^{{-1}}"),
+                runs.iter().filter_map(along).collect(),
             ),
         ],
     };
@@ -70,13 +71,13 @@ fn panels(run: &RunReport, batch: Option<&RunReport>) -> Vec<PlotPanel> {
         let mut curves = Vec::new();
         if let Some([low, value, high]) = fitted {
             let area = vec![[ends[0], low], [ends[1], low], [ends[1], high], [ends[0], high]];
-            curves.push(PlotCurve::new("batch fit, 2 sd", Look::Patch(1), area));
+            curves.push(PlotCurve::new("batch fit, two standard deviations", Look::Patch(1), area));
             let line = vec![[ends[0], value], [ends[1], value]];
             curves.push(PlotCurve::new("batch fit", Look::Channel(5, 7), line));
         }
         let below = rows.clone().map(|(t, [low, ..])| [t, low]);
         let around = below.chain(rows.clone().rev().map(|(t, [.., high])| [t, high])).collect();
-        curves.push(PlotCurve::new("filter, 2 spreads", Look::Patch(0), around));
+        curves.push(PlotCurve::new("filter, two standard deviations", Look::Patch(0), around));
         let middle = rows.map(|(t, [_, value, _])| [t, value]).collect();
         curves.push(PlotCurve::new("filter", Look::Fit, middle));
         over_time(label, curves, &marks)
@@ -85,7 +86,7 @@ fn panels(run: &RunReport, batch: Option<&RunReport>) -> Vec<PlotPanel> {
         .map(|k| {
             let u = &run.unknowns[k];
             let unit = if u.unit == "1" { String::new() } else { format!(" / {}", u.unit) };
-            let label = format!("{}{unit}", u.name.replace('_', " "));
+            let label = format!("{}{unit}", in_print(&u.name));
             let fitted = batch.map(|b| [b.unknowns[k].low, b.unknowns[k].value, b.unknowns[k].high]);
             series(&label, &|s| [s.band[k][0], s.value[k], s.band[k][1]], fitted)
         })
@@ -106,14 +107,32 @@ fn panels(run: &RunReport, batch: Option<&RunReport>) -> Vec<PlotPanel> {
     }
     panels.push(settled);
     let innovations = run.history.iter().map(|s| [hours(s), s.innovation_chi_squared]).collect();
-    let one = PlotCurve::new("1, as it should be", Look::Record, vec![[ends[0], 1.0], [ends[1], 1.0]]);
+    let one = PlotCurve::new(
+        "expected of the filter: 1",
+        Look::Channel(0, 7),
+        vec![[ends[0], 1.0], [ends[1], 1.0]],
+    );
     let curves = vec![one, PlotCurve::new("filter", Look::Fit, innovations)];
-    panels.push(over_time("innovations: *\u{3c7}*^{2} per datum", curves, &marks));
+    panels.push(over_time("*\u{3c7}*^{2} of innovations per datum", curves, &marks));
     panels
 }
 
+/// An unknown on an axis, with the symbol that the theory has for it.
+fn in_print(name: &str) -> String {
+    match name {
+        "heater_drag" => "*C*_{d}, heater drag",
+        "outer_nusselt" => "*\u{3b8}*_{o}, outer Nusselt number",
+        "mount_resistance" => "*R*_{m}, mount resistance",
+        "wall_share" => "*\u{3c6}*, wall share",
+        "inner_nusselt" => "*n*_{1}, inner Nusselt number",
+        "jet_enhancement" => "*n*_{2}, jet enhancement",
+        other => return other.replace('_', " "),
+    }
+    .to_owned()
+}
+
 fn over_time(y: &str, curves: Vec<PlotCurve>, marks: &[f64]) -> PlotPanel {
-    PlotPanel { x: "Time / h".to_owned(), y: y.to_owned(), curves, marks: marks.to_vec() }
+    PlotPanel { marks: marks.to_vec(), ..PlotPanel::new("Time / h", y, curves) }
 }
 
 /// What twin experiments say of the error bars of each method.
@@ -188,6 +207,7 @@ mod tests {
         assert_eq!((figures.len(), figures[0].0.as_str()), (1, "filter-25"));
         let [velocity, innovations] = &figures[0].1.panels[..] else { panic!("{figures:?}") };
         assert_eq!(velocity.marks, [0.0]);
+        assert_eq!(in_print("outer_nusselt"), "*\u{3b8}*_{o}, outer Nusselt number");
         assert_eq!(innovations.curves[1].points, [[0.0, 1.1], [1.0, 1.1], [2.0, 1.1]]);
         assert!(
             base_flow(&[], DataKind::Virtual).is_none()

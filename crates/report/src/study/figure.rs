@@ -1,8 +1,10 @@
 //! The figure of an answer: any question, any factor. One table, one colour per series.
 
+use super::groups::Groups;
 use super::map;
-use rijke_draw::{Axis, COLUMN, DOT, Figure, INK, Key, Mark, Panel, Stroke, model_stroke, scale_stroke};
-use rijke_engine::run::{Answer, AnswerPanel, Frame, FrameRow, Layer, LayerLook, symbol};
+use super::series::{Series, is_coloured};
+use rijke_draw::{Axis, COLUMN, DOT, Figure, INK, Panel, Stroke};
+use rijke_engine::run::{Answer, AnswerPanel, Frame, FrameRow, Layer, LayerLook};
 use rijke_numerics::range;
 use rijke_rig::DataKind;
 
@@ -19,6 +21,9 @@ pub(super) const PAGE: Place = Place { size: [520.0, 360.0], columns: 3 };
 /// A journal, of two columns.
 pub(super) const PAPER: Place = Place { size: [COLUMN, 300.0], columns: 2 };
 
+/// Radius of the open symbol of a prediction, which lies around that of what was measured.
+const RING: f64 = DOT + 1.4;
+
 /// Of more ellipses than these the inner one is drawn alone.
 const FEW: usize = 8;
 
@@ -31,7 +36,8 @@ pub(super) fn of(kind: Option<DataKind>, answer: &Answer, place: &Place) -> Opti
     if map::is_one(answer) {
         return Some(map::of(kind, answer, place.size));
     }
-    let colours = Colours::of(answer);
+    let series = Series::of(answer);
+    let groups = Groups::of(answer, is_coloured(LayerLook::Dots, answer));
     let tag = |k: usize| {
         if answer.panels.len() > 1 { format!("({})", char::from(b'a' + k as u8)) } else { String::new() }
     };
@@ -39,91 +45,25 @@ pub(super) fn of(kind: Option<DataKind>, answer: &Answer, place: &Place) -> Opti
         .panels
         .iter()
         .enumerate()
-        .map(|(k, p)| panel(answer, p, &tag(k), &colours, place.size))
+        .map(|(k, p)| panel(answer, p, &tag(k), (&series, &groups), place.size))
         .collect();
     Some(Figure {
         title: answer.title.clone(),
         caption: answer.caption.clone(),
         columns: answer.panels.len().min(if answer.panels.len() == 3 { place.columns } else { 2 }),
         panels,
-        legend: colours.legend(answer),
+        legend: series.legend(answer, &groups),
         data: kind,
     })
 }
 
-/// The colour of each series, in the order in which they appear.
-struct Colours {
-    names: Vec<String>,
-}
-
-impl Colours {
-    fn of(answer: &Answer) -> Self {
-        let mut names: Vec<String> = Vec::new();
-        for layer in answer.panels.iter().flat_map(|p| &p.layers).filter(|l| is_coloured(l.look, answer)) {
-            for row in layer.rows(&answer.frames[layer.frame]) {
-                if !names.contains(&row.series) {
-                    names.push(row.series.clone());
-                }
-            }
-        }
-        // Series of one factor, and numbers of microphones, stand in the order of their values.
-        if names.iter().all(|n| value(n).is_some()) {
-            names.sort_by(|a, b| value(a).unwrap_or(0.0).total_cmp(&value(b).unwrap_or(0.0)));
-        }
-        Self { names }
-    }
-
-    fn place(&self, series: &str) -> Option<usize> {
-        self.names.iter().position(|n| n == series)
-    }
-
-    /// Ordered series have ordered colours.
-    fn stroke(&self, series: &str) -> Stroke {
-        match self.place(series) {
-            Some(k) if self.names.len() > 2 && value(series).is_some() => {
-                scale_stroke(k, self.names.len(), 1.4)
-            }
-            Some(k) => model_stroke(k),
-            None => Stroke::solid(INK, 1.2),
-        }
-    }
-
-    fn legend(&self, answer: &Answer) -> Vec<Key> {
-        let mut keys: Vec<Key> = Vec::new();
-        let dots = |l: &&Layer| l.look == LayerLook::Dots;
-        let all = || answer.panels.iter().flat_map(|p| &p.layers);
-        if all().filter(dots).any(|l| !is_coloured(l.look, answer)) {
-            let label = if all().any(|l| l.look == LayerLook::Ellipse) { "prior mean" } else { "measured" };
-            keys.push(Key { mark: Mark::Dot(INK), label: label.into() });
-        }
-        for name in &self.names {
-            let stroke = self.stroke(name);
-            let line = all().any(|l| l.look != LayerLook::Dots);
-            let mark = if line { Mark::Line(stroke) } else { Mark::Dot(stroke.colour) };
-            let label = match name.split_once(" = ") {
-                Some((factor, rest)) => format!("{} = {rest}", symbol(factor)),
-                None => name.clone(),
-            };
-            keys.push(Key { mark, label });
-        }
-        keys
-    }
-}
-
-/// The number in the name of a series, `Q_h = 7 W` or `3 microphones`.
-fn value(series: &str) -> Option<f64> {
-    let after = series.split_once(" = ").map_or(series, |(_, after)| after);
-    after.split(' ').next()?.parse().ok()
-}
-
-/// Everything but dots has the colour of its series; dots have where nothing else says which series is which.
-fn is_coloured(look: LayerLook, answer: &Answer) -> bool {
-    let mut layers = answer.panels.iter().flat_map(|p| &p.layers);
-    look != LayerLook::Dots || !layers.any(|l| !matches!(l.look, LayerLook::Dots | LayerLook::Band))
-}
-
-fn panel(answer: &Answer, panel: &AnswerPanel, tag: &str, colours: &Colours, size: [f64; 2]) -> Panel {
-    let number = |row: &FrameRow, column: usize| row.values.get(column).copied().flatten();
+fn panel(
+    answer: &Answer,
+    panel: &AnswerPanel,
+    tag: &str,
+    (series, groups): (&Series, &Groups),
+    size: [f64; 2],
+) -> Panel {
     let (mut xs, mut ys) = (Vec::new(), Vec::new());
     for layer in &panel.layers {
         for row in layer.rows(&answer.frames[layer.frame]) {
@@ -140,35 +80,57 @@ fn panel(answer: &Answer, panel: &AnswerPanel, tag: &str, colours: &Colours, siz
         }
     }
     let x_axis = Axis::covering(&panel.x, spans(&xs));
-    let y_axis = Axis::covering(&panel.y, spans(&ys));
+    let mut ys = spans(&ys);
+    // What is missed is read from zero.
+    if panel.layers.iter().any(|l| is_residual(&answer.frames[l.frame], l)) {
+        ys.push(0.0);
+    }
+    let y_axis = Axis::covering(&panel.y, ys);
     let dash = 0.012 * (x_axis.high - x_axis.low);
+    let has_zero = y_axis.low < 0.0 && y_axis.high > 0.0;
     let mut drawn = Panel::new(tag, size, x_axis, y_axis);
+    if has_zero {
+        drawn.horizontal(0.0, &ZERO);
+    }
     for layer in &panel.layers {
-        draw(
-            &mut drawn,
-            &answer.frames[layer.frame],
-            layer,
-            is_coloured(layer.look, answer).then_some(colours),
-            dash,
-        );
+        let colours = is_coloured(layer.look, answer).then_some(series);
+        draw(&mut drawn, &answer.frames[layer.frame], layer, (colours, groups), dash);
     }
     drawn
 }
 
-/// The ends of every value with its error; an error larger than all values are apart does not stretch the
-/// axis.
+/// The line at zero.
+const ZERO: Stroke = Stroke::solid("#bbb", 1.0);
+
+fn number(row: &FrameRow, column: usize) -> Option<f64> {
+    row.values.get(column).copied().flatten()
+}
+
+/// Whether a layer shows what a model misses.
+fn is_residual(frame: &Frame, layer: &Layer) -> bool {
+    frame.columns.get(layer.y).is_some_and(|c| c.name == "residual" || c.name.ends_with("_missed"))
+}
+
+/// The ends of every value with its error. A few errors that are far larger than the others and than all
+/// values are apart do not stretch the axis.
 fn spans(values: &[(f64, f64)]) -> Vec<f64> {
     let [low, high] = range(values.iter().map(|v| v.0));
-    let room = if high > low && values.len() > 2 { high - low } else { f64::INFINITY };
+    let mut halves: Vec<f64> = values.iter().map(|v| v.1).collect();
+    halves.sort_by(f64::total_cmp);
+    let usual = halves.get(halves.len() / 2).copied().unwrap_or(0.0);
+    let room = if high > low && values.len() > 2 { (high - low).max(3.0 * usual) } else { f64::INFINITY };
     values.iter().flat_map(|(v, half)| [v - half.min(room), v + half.min(room)]).collect()
 }
 
-fn draw<'a>(panel: &mut Panel, frame: &'a Frame, layer: &'a Layer, colours: Option<&Colours>, dash: f64) {
-    let number = |row: &FrameRow, column: usize| row.values.get(column).copied().flatten();
+fn draw<'a>(
+    panel: &mut Panel,
+    frame: &'a Frame,
+    layer: &'a Layer,
+    (colours, groups): (Option<&Series>, &Groups),
+    dash: f64,
+) {
     let stroke = |row: &FrameRow| colours.map_or(Stroke::solid(INK, 1.2), |c| c.stroke(&row.series));
     let rows: Vec<&FrameRow> = layer.rows(frame).collect();
-    // No line leads from one mode to another.
-    let mut series: Vec<[&str; 2]> = rows.iter().map(|r| [r.series.as_str(), r.mode.as_str()]).collect();
     match layer.look {
         LayerLook::Dots => {
             let all = || {
@@ -181,8 +143,8 @@ fn draw<'a>(panel: &mut Panel, frame: &'a Frame, layer: &'a Layer, colours: Opti
                 }
             }
             for ([x, y], row) in all() {
-                let Stroke { colour, .. } = stroke(row);
-                panel.dot([x, y], DOT, colour, &format!("{}: {y:.4}", row.label));
+                let (Stroke { colour, .. }, symbol) = (stroke(row), groups.symbol(&row.label));
+                panel.point([x, y], DOT, symbol, colour, &format!("{}: {y:.4}", row.label));
             }
         }
         LayerLook::Dashes => {
@@ -191,17 +153,23 @@ fn draw<'a>(panel: &mut Panel, frame: &'a Frame, layer: &'a Layer, colours: Opti
             for row in rows {
                 if let (Some(x), Some(y)) = (number(row, layer.x), number(row, layer.y)) {
                     panel.curve(&[[x - dash, y], [x + dash, y]], &stroke(row));
+                    if groups.any() {
+                        panel.ring([x, y], RING, groups.symbol(&row.label), &stroke(row));
+                    }
                 }
             }
         }
         LayerLook::Line | LayerLook::Band => {
-            series.sort_unstable();
-            series.dedup();
-            for [name, mode] in series {
+            // No line leads from one mode to another, or from one group of points to another.
+            let of = |r: &FrameRow| (r.series.clone(), r.mode.clone(), groups.of_point(&r.label));
+            let mut lines: Vec<(String, String, usize)> = rows.iter().map(|r| of(r)).collect();
+            lines.sort_unstable();
+            lines.dedup();
+            for line in lines.iter().filter(|l| colours.is_none_or(|c| c.is_drawn(&l.0))) {
                 let mut rows: Vec<(f64, f64, f64, &FrameRow)> = rows
                     .iter()
                     .copied()
-                    .filter(|r| r.series == name && r.mode == mode)
+                    .filter(|r| of(r) == *line)
                     .filter_map(|r| {
                         let sd = layer.sd.and_then(|k| number(r, k)).unwrap_or(0.0);
                         Some((number(r, layer.x)?, number(r, layer.y)?, sd, r))

@@ -21,6 +21,8 @@ pub struct StudyHead {
     /// Path of the page of stages that train on responses, if the study has such stages beside those of
     /// modes.
     pub beside: Option<String>,
+    /// What the competitions of those stages found, a sentence of HTML for each.
+    pub found_beside: Vec<String>,
 }
 
 impl StudyHead {
@@ -35,6 +37,7 @@ impl StudyHead {
             factors: study.campaign.factors.clone(),
             claims: study.claims.clone(),
             beside: (!study.plan.responses.is_empty()).then(|| "responses/index.html".to_owned()),
+            found_beside: Vec::new(),
         }
     }
 }

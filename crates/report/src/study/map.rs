@@ -1,7 +1,7 @@
 //! A map of stability: growth rate and probability of instability over two factors, filled.
 
 use rijke_draw::{
-    Axis, DOT, Figure, INK, Key, Mark, Panel, Stroke, fill_colour, fixed, multiples, round_step,
+    Axis, ColourBar, DOT, Figure, INK, Key, Mark, Panel, Stroke, fill_colour, fixed, multiples, round_step,
 };
 use rijke_engine::run::{Answer, AnswerPanel, FrameRow, Layer, LayerLook, MapNodes};
 use rijke_numerics::Lines;
@@ -32,7 +32,8 @@ pub(super) fn is_one(answer: &Answer) -> bool {
 pub(super) fn of(kind: Option<DataKind>, answer: &Answer, size: [f64; 2]) -> Figure {
     let mut legend = Vec::new();
     let mut panels = Vec::new();
-    for (tag, panel) in ["(a) growth rate", "(b) probability of instability"].into_iter().zip(&answer.panels)
+    for (tag, panel) in
+        ["(a) Growth rate / s^{-1}", "(b) Probability of instability"].into_iter().zip(&answer.panels)
     {
         panels.push(drawn(answer, panel, tag, size, &mut legend));
     }
@@ -71,8 +72,7 @@ fn drawn(answer: &Answer, panel: &AnswerPanel, tag: &str, size: [f64; 2], legend
     let axis = |label: &str, all: &[f64]| Axis::covering(label, all.iter().copied());
     let mut out = Panel::new(tag, size, axis(&panel.x, x), axis(&panel.y, y));
     if let (Some(layer), Some(nodes)) = (maps, &nodes) {
-        let first = tag.split(' ').next().unwrap_or_default();
-        let (levels, words) = if layer.look == LayerLook::GrowthMap {
+        let (levels, bounds) = if layer.look == LayerLook::GrowthMap {
             let levels = levels(nodes.range());
             let words = levels.iter().map(|v| fixed(*v, decimals(&levels))).collect();
             (levels.iter().map(|v| (*v, 0.0)).collect::<Vec<_>>(), words)
@@ -80,8 +80,9 @@ fn drawn(answer: &Answer, panel: &AnswerPanel, tag: &str, size: [f64; 2], legend
             let words = CHANCES.iter().map(|(_, words)| (*words).to_owned()).collect::<Vec<_>>();
             (CHANCES.iter().map(|(sds, _)| (0.0, -sds)).collect(), words)
         };
-        let unit = if layer.look == LayerLook::GrowthMap { " s^{-1}" } else { "" };
-        filled(&mut out, nodes, &levels, &words, [first, unit], legend);
+        let colours = (0..=levels.len()).map(|k| fill_colour(k, levels.len() + 1)).collect();
+        out.colour_bar(ColourBar { colours, bounds });
+        filled(&mut out, nodes, &levels);
         boundary(&mut out, nodes, layer.look, legend);
     }
     for layer in &panel.layers {
@@ -98,14 +99,7 @@ fn drawn(answer: &Answer, panel: &AnswerPanel, tag: &str, size: [f64; 2], legend
 
 /// Areas between levels, the higher over the lower. A level is a growth rate and how many deviations are
 /// added before it is compared.
-fn filled(
-    panel: &mut Panel,
-    nodes: &MapNodes,
-    levels: &[(f64, f64)],
-    words: &[String],
-    [tag, unit]: [&str; 2],
-    legend: &mut Vec<Key>,
-) {
+fn filled(panel: &mut Panel, nodes: &MapNodes, levels: &[(f64, f64)]) {
     let above = |level: Option<&(f64, f64)>| -> Lines {
         let of = |[mean, sd]: [f64; 2]| match level {
             Some((value, sds)) => mean + sds * sd - value,
@@ -121,15 +115,7 @@ fn filled(
         if area.is_empty() || areas.get(k + 1).is_some_and(|next| next == area) {
             continue;
         }
-        let colour = fill_colour(k, levels.len() + 1);
-        panel.area(area, colour, 1.0);
-        let label = match (k.checked_sub(1).map(|k| &words[k]), words.get(k)) {
-            (None, None) => format!("{tag} one value"),
-            (None, Some(high)) => format!("{tag} below {high}{unit}"),
-            (Some(low), Some(high)) => format!("{tag} {low} to {high}{unit}"),
-            (Some(low), None) => format!("{tag} above {low}{unit}"),
-        };
-        legend.push(Key { mark: Mark::Fill(colour), label });
+        panel.area(area, fill_colour(k, levels.len() + 1), 1.0);
     }
 }
 
@@ -143,7 +129,9 @@ fn boundary(panel: &mut Panel, nodes: &MapNodes, look: LayerLook, legend: &mut V
         let holes = least.area.iter().map(|line| line.iter().rev().copied().collect());
         let band: Lines = most.area.iter().cloned().chain(holes).collect();
         panel.area(&band, BAND.0, BAND.1);
-        let label = "boundary within two standard deviations (probability 2.3 % to 97.7 %)";
+    }
+    if is_growth && !(least.lines.is_empty() && most.lines.is_empty()) {
+        let label = "boundary two standard deviations off (probability 2.3 % and 97.7 %)";
         legend.push(Key { mark: Mark::Line(EDGE), label: label.into() });
     }
     for line in least.lines.iter().chain(&most.lines) {

@@ -8,9 +8,11 @@ mod checks;
 mod claims;
 mod figure;
 mod first;
+mod groups;
 mod head;
 mod map;
 pub(crate) mod numbers;
+mod series;
 mod sliders;
 mod tables;
 
@@ -111,8 +113,11 @@ impl StudyPage {
             DataKind::Measured => "Measured data",
             DataKind::Virtual => "Virtual data: no instrument recorded them",
         };
-        let answer: String =
-            stages.iter().filter_map(answer).map(|a| format!("<p class=\"answer\">{a}</p>\n")).collect();
+        let of_responses = head.found_beside.iter().cloned();
+        let answer: String = of_responses
+            .chain(stages.iter().filter_map(answer))
+            .map(|a| format!("<p class=\"answer\">{a}</p>\n"))
+            .collect();
         let text = format!(
             "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width, \
              initial-scale=1\"><title>{name}</title><style>{STYLE}</style></head><body>\n<main>\n<h1>{name}</h1>\n<p>{question}</p>\n{answer}\

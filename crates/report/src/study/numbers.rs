@@ -26,6 +26,21 @@ pub(super) fn two_digits(value: f64) -> String {
     format!("{value:.digits$}")
 }
 
+/// A size in print, with three digits that count, however small it is.
+pub(super) fn three_digits(value: f64) -> String {
+    if !(value > 0.0 && value.is_finite()) {
+        return format!("{value}");
+    }
+    let power = value.log10().floor() as i32;
+    match power {
+        -4..=9 => {
+            let digits = (2 - power).max(0) as usize;
+            format!("{value:.digits$}")
+        }
+        _ => format!("{:.2} \u{d7} 10<sup>{power}</sup>", value / 10f64.powi(power)).replace('-', "\u{2212}"),
+    }
+}
+
 /// A probability in print.
 pub(super) fn chance(p: f64) -> String {
     if p < 5e-4 { "&lt; 0.001".to_owned() } else { format!("{p:.3}") }
@@ -33,11 +48,20 @@ pub(super) fn chance(p: f64) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{two_digits, with_uncertainty};
+    use super::{three_digits, two_digits, with_uncertainty};
 
     #[test]
     fn exact_two_digits_count() {
         assert_eq!([0.0312, 4.26, 87.4, 1234.0].map(two_digits), ["0.031", "4.3", "87", "1234"]);
+    }
+
+    #[test]
+    fn exact_small_misfits_have_digits_too() {
+        assert_eq!(three_digits(5.354e-5), "5.35 \u{d7} 10<sup>\u{2212}5</sup>");
+        assert_eq!(
+            [0.0, 0.000_535_4, 0.1, 12.34, 1234.0].map(three_digits),
+            ["0", "0.000535", "0.100", "12.3", "1234"]
+        );
     }
 
     #[test]

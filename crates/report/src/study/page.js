@@ -10,8 +10,8 @@
   window.addEventListener('resize', reach);
   document.addEventListener('toggle', reach, true);
   const known = JSON.parse(document.getElementById('points').textContent);
-  // The remark of a dot begins with the name of its point.
-  const dots = [...document.querySelectorAll('figure circle')].filter((dot) => {
+  // The remark of a dot, or of another symbol, begins with the name of its point.
+  const dots = [...document.querySelectorAll('figure circle, figure path')].filter((dot) => {
     const name = dot.querySelector('title')?.textContent.split(':')[0];
     if (known[name]) dot.dataset.point = name;
     return known[name];
@@ -65,7 +65,8 @@
   for (const [panel, list] of panels) {
     // A picture may not hold what can be pressed.
     panel.ownerSVGElement?.setAttribute('role', 'group');
-    list.sort((a, b) => a.getAttribute('cx') - b.getAttribute('cx'));
+    const across = (dot) => Number(dot.getAttribute('cx') ?? dot.getBBox().x + dot.getBBox().width / 2);
+    list.sort((a, b) => across(a) - across(b));
     list.forEach((dot, k) => {
       dot.setAttribute('tabindex', k === 0 ? '0' : '-1');
       dot.setAttribute('role', 'button');

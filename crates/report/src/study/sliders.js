@@ -17,6 +17,24 @@
     if (value !== 0 && Math.abs(value) < 1e-3) return printed(value.toExponential(count - 1).replace('e', ' \u00d7 10^')).replace(/^-/, '\u2212');
     return Number(value.toPrecision(count)).toString().replace('-', '\u2212');
   };
+  // With two digits of what is uncertain of it.
+  const uncertain = (value, sd) => {
+    if (!(sd > 0)) return digits(value);
+    const place = (of) => Math.floor(Math.log10(of));
+    return digits(value, Math.min(Math.max(2 + place(Math.max(Math.abs(value), sd)) - place(sd), 2), 6));
+  };
+  // Letters that stand alone are symbols, with what stands below them; other names are words.
+  const typeset = (element, name) => {
+    const svg = element.namespaceURI === SVG;
+    name.split(/((?<![\p{L}\p{N}_])\p{L}(?:_[\p{L}\p{N},]+)?(?![\p{L}\p{N}_]))/u).forEach((part, k) => {
+      if (k % 2 === 0) { if (part) element.append(part.replaceAll('_', ' ')); return; }
+      const [letter, below] = part.split(/_(.*)/);
+      make(element, svg ? 'svg:tspan' : 'var', svg ? { 'font-style': 'italic' } : {}, letter);
+      if (below === undefined) return;
+      make(element, svg ? 'svg:tspan' : 'sub', svg ? { dy: '0.25em', 'font-size': '75%' } : {}, below);
+      if (svg) make(element, 'svg:tspan', { dy: '-0.19em' }, '\u200b');
+    });
+  };
   const unit = (name) => (name === '1' || name === '' ? '' : ` ${printed(name)}`);
 
   // The axis along the figures is the one with the most values; every setting of the others that was measured is a series.
@@ -39,6 +57,11 @@
   };
   const settings = model.nodes.map((_, node) => settingOf(node));
   const others = axes.map((_, a) => a).filter((a) => a !== main);
+  const tellSetting = (element, setting) => others.forEach((a, k) => {
+    if (k > 0) element.append(', ');
+    typeset(element, factorOf(a).name);
+    element.append(` = ${digits(inUnit(a, setting[a]))}${unit(unitOf(a))}`);
+  });
   const nameOf = (setting) => others.map((a) => `${factorOf(a).name} = ${digits(inUnit(a, setting[a]))}${unit(unitOf(a))}`).join(', ');
   const series = [...new Set(settings.map(nameOf))].map((name) => ({ name, nodes: settings.flatMap((s, node) => (nameOf(s) === name ? [node] : [])) }));
   series.forEach((s, k) => {
@@ -82,7 +105,9 @@
   const plot = (label, x, y) => {
     const svg = make(holder, 'svg:svg', { viewBox: `0 0 ${WIDE} ${HIGH}`, role: 'img', 'aria-label': label });
     const grid = make(svg, 'svg:g', { class: 'grid' }), body = make(svg, 'svg:g');
-    make(svg, 'svg:text', { x: (LEFT + WIDE - RIGHT) / 2, y: HIGH - 10, 'text-anchor': 'middle' }, x);
+    const [name, rest] = x, below = make(svg, 'svg:text', { x: (LEFT + WIDE - RIGHT) / 2, y: HIGH - 10, 'text-anchor': 'middle' });
+    typeset(below, name);
+    below.append(rest);
     make(svg, 'svg:text', { x: 0, y: 0, transform: `translate(16 ${(TOP + HIGH - BOTTOM) / 2}) rotate(-90)`, 'text-anchor': 'middle' }, y);
     const layers = new Map();
     const layer = (key, tag, attributes) => {
@@ -119,17 +144,17 @@
     };
     return { svg, layer, frame };
   };
-  const axisName = factorOf(main).name, axisUnit = unitOf(main), axisLabel = `${axisName}${axisUnit === '1' ? '' : ` / ${printed(axisUnit)}`}`;
+  const axisName = factorOf(main).name, axisUnit = unitOf(main), axisLabel = [axisName, axisUnit === '1' ? '' : ` / ${printed(axisUnit)}`];
   const plots = [
-    plot(`Growth rate over ${axisName}: measured points and the model`, axisLabel, 'Growth rate / 1/s'),
+    plot(`Growth rate over ${axisName}: measured points and the model`, axisLabel, 'Growth rate / s\u207b\u00b9'),
     plot(`Frequency over ${axisName}: measured points and the model`, axisLabel, 'Frequency / Hz'),
   ];
-  const shape = plot('Mode shape: pressure along the rig', 'x / m', '|p| / largest');
+  const shape = plot('Mode shape: pressure along the rig', ['x', ' / m'], '|p| / largest');
   const keys = make(section, 'p', { class: 'keys' });
   for (const s of series.filter((s) => s.name)) {
     const key = make(keys, 'span');
     make(key, 'i', { style: `background:${s.colour}` });
-    key.append(s.name);
+    tellSetting(key, settings[s.nodes[0]]);
   }
   const line = make(keys, 'span');
   make(line, 'i', { class: 'own' });
@@ -209,7 +234,7 @@
   const slider = (parent, words, low, middle, high, show, set) => {
     const row = make(parent, 'div', { class: 'slider' }), id = `slider-${count}`;
     count += 1;
-    make(row, 'label', { for: id }, words);
+    typeset(make(row, 'label', { for: id }), words);
     const input = make(row, 'input', { type: 'range', id, min: 0, max: STEPS, step: 1 }), said = make(row, 'span');
     // Halfway stands what was found; at the end if that is an end of the prior.
     const half = middle === high ? STEPS : middle === low ? 0 : STEPS / 2;
@@ -261,7 +286,7 @@
   make(details, 'summary', {}, `Parameters of the model (${model.parameters.length})`);
   details.open = window.matchMedia('(min-width: 700px)').matches;
   const list = make(details, 'div', { class: 'parameters' });
-  const back = model.parameters.map((q, k) => slider(list, q.symbol || q.name, q.range[0], q.value, q.range[1], (v) => `${digits(v)}${unit(q.unit)}`, (v) => {
+  const back = model.parameters.map((q, k) => slider(list, q.symbol || q.name, q.range[0], q.value, q.range[1], (v) => `${uncertain(v, Math.sqrt(model.covariance[k][k]))}${unit(q.unit)}`, (v) => {
     p[k] = v;
     change({ nodes: true });
   }));

@@ -1,7 +1,7 @@
 //! Tables of a stage: models by evidence, parameters, laws, residuals.
 
 use super::head::StudyHead;
-use super::numbers::{chance, with_uncertainty};
+use super::numbers::{chance, three_digits, with_uncertainty};
 use rijke_draw::html;
 use rijke_engine::run::{CarriedOn, ModelRecord, StageRecord, TrainedParameter};
 use std::collections::BTreeMap;
@@ -45,14 +45,18 @@ pub(super) fn ranking(stage: &StageRecord, published: Option<&BTreeMap<String, [
         match m.evidence {
             Some(e) => format!(
                 "<tr{class}>{name}<td class=\"n\">{}</td><td class=\"n\">{probability}</td><td class=\"n\">{:.1}</td><td class=\"n\">{:.1}</td><td class=\"n\">{:.1}</td>\
-                 <td class=\"n\">{:.3}</td><td class=\"n\">{:.3}</td>{}{printed}</tr>\n",
+                 <td class=\"n\">{}</td><td class=\"n\">{}</td>{}{printed}</tr>\n",
                 tenth(best - e.ln_marginal),
                 e.ln_best_fit,
                 e.ln_occam,
                 e.ln_marginal,
-                m.misfit[0],
-                m.misfit[1],
-                if shapes { format!("<td class=\"n\">{:.4}</td>", m.misfit[2]) } else { String::new() }
+                three_digits(m.misfit[0]),
+                three_digits(rijke_study::hertz(m.misfit[1])),
+                if shapes {
+                    format!("<td class=\"n\">{}</td>", three_digits(m.misfit[2]))
+                } else {
+                    String::new()
+                }
             ),
             None => format!(
                 "<tr class=\"failed\">{name}<td colspan=\"{columns}\">no evidence</td>{printed}</tr>\n"
@@ -77,7 +81,7 @@ pub(super) fn ranking(stage: &StageRecord, published: Option<&BTreeMap<String, [
         let rows: String = models.iter().map(row).collect();
         format!(
             "<div class=\"wide\"><table><thead><tr><th>model</th><th>name in files</th><th>nats behind</th><th>probability</th><th>ln best fit</th><th>ln Occam</th>\
-         <th>ln evidence</th><th>misfit of growth rate, 1/s</th><th>misfit of frequency, rad/s</th>{heard}{printed}</tr></thead><tbody>\n{rows}</tbody></table></div>\n"
+         <th>ln evidence</th><th>misfit of growth rate, 1/s</th><th>misfit of frequency, Hz</th>{heard}{printed}</tr></thead><tbody>\n{rows}</tbody></table></div>\n"
         )
     };
     let rest = if folded.is_empty() {

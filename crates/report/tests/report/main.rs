@@ -1,3 +1,4 @@
 //! Pages and figures.
 
+mod figures;
 mod page;

@@ -1,12 +1,12 @@
 //! The page of a study, from records made by hand.
 #![allow(clippy::unwrap_used, reason = "helpers of tests")]
 
+use crate::figures::answer;
 use rijke_engine::run::{
-    Answer, AnswerPanel, Asked, CarriedOn, CarriedStage, Checks, EvidenceRecord, Family, Frame, FrameColumn,
-    FrameRow, Judgement, Layer, LayerLook, MeasuredRecord, Missing, ModelRecord, PointCheck, StageRecord,
-    SumCheck, TrainedParameter,
+    Asked, CarriedOn, CarriedStage, Checks, EvidenceRecord, Family, Judgement, LayerLook, MeasuredRecord,
+    Missing, ModelRecord, PointCheck, StageRecord, SumCheck, TrainedParameter,
 };
-use rijke_report::{StudyHead, StudyPage, answer_svg};
+use rijke_report::{StudyHead, StudyPage};
 use rijke_rig::DataKind;
 use rijke_study::{Claims, Factor};
 
@@ -124,63 +124,10 @@ fn millimetres() -> Factor {
     Factor { name: "x".into(), unit: "m".into(), shown, stated: true }
 }
 
-fn answer(look: LayerLook) -> Answer {
-    let columns = ["x", "y", "y_sd"].map(|name| FrameColumn::new(name, name, "1")).to_vec();
-    let row = |k: usize| FrameRow {
-        label: format!("p{k}"),
-        series: if k < 2 { "Q = 7 W".into() } else { "Q = 50 W".into() },
-        values: vec![Some(k as f64), Some(2.0 * k as f64), if k == 1 { None } else { Some(0.1) }],
-        ..FrameRow::default()
-    };
-    Answer {
-        id: "question".into(),
-        title: "What & how".into(),
-        caption: "c".into(),
-        parameters: Vec::new(),
-        frames: vec![Frame { columns, rows: (0..4).map(row).collect() }],
-        panels: vec![AnswerPanel {
-            x: "x".into(),
-            y: "y".into(),
-            layers: vec![Layer { frame: 0, look, x: 0, y: 1, sd: Some(2), mode: None }],
-        }],
-    }
-}
-
-/// A map over three values of two factors, of two modes.
-fn map(growth: &dyn Fn(f64, f64) -> f64) -> Answer {
-    let columns = ["x", "y", "growth_rate", "growth_rate_sd"].map(|name| FrameColumn::new(name, name, "1"));
-    let row = |label: &str, mode: &str, values: &[f64]| FrameRow {
-        label: label.into(),
-        series: String::new(),
-        mode: mode.into(),
-        values: values.iter().map(|v| Some(*v).filter(|v| v.is_finite())).collect(),
-    };
-    let node = |k: usize, mode: &str, below: f64| {
-        let (x, y) = ((k % 3) as f64, (k / 3) as f64);
-        row("node", mode, &[x, y, growth(x, y) - below, 0.3])
-    };
-    let nodes = (0..9).flat_map(|k| [node(k, "1", 0.0), node(k, "2", 5.0)]).collect();
-    let others = |row| Frame { columns: columns[..2].to_vec(), rows: vec![row] };
-    let frames = vec![
-        Frame { rows: nodes, columns: columns.to_vec() },
-        others(row("p0", "trained", &[1.0, 1.0])),
-        others(row("stable: x", "", &[2.0, 2.0])),
-    ];
-    let panels = [LayerLook::GrowthMap, LayerLook::ChanceMap].map(|look| AnswerPanel {
-        x: "x".into(),
-        y: "y".into(),
-        layers: [(look, Some(3)), (LayerLook::Dots, None), (LayerLook::Cross, None)]
-            .into_iter()
-            .enumerate()
-            .map(|(frame, (look, sd))| Layer { frame, look, x: 0, y: 1, sd, mode: None })
-            .collect(),
-    });
-    Answer { frames, panels: panels.to_vec(), ..answer(LayerLook::Dots) }
-}
-
 fn page(kind: DataKind, verdicts: &[Judgement]) -> (String, std::path::PathBuf) {
     let head = StudyHead {
         beside: None,
+        found_beside: vec!["Flame: <b>a delay</b>, 5.0 nats ahead of none.".into()],
         name: "A rig".into(),
         question: "Which law?".into(),
         kind,
@@ -202,6 +149,8 @@ fn behaviour_the_page_says_what_was_found_and_whose_data_it_is() {
     let (text, folder) = page(DataKind::Measured, &[]);
     for part in [
         "Measured data. Source: a test.",
+        // What was found on the page of responses stands before what is found here.
+        "<p class=\"answer\">Flame: <b>a delay</b>, 5.0 nats ahead of none.</p>\n<p class=\"answer\">Heat release",
         "Heat release: <b>law &lt;a&gt;</b>, 17.0 nats ahead of law &lt;b&gt;.",
         "1.0109(18)",
         "1.0234(61)",
@@ -245,6 +194,7 @@ fn behaviour_the_page_says_what_was_found_and_whose_data_it_is() {
 fn message_a_page_that_cannot_solve_its_model_says_why() {
     let head = StudyHead {
         beside: None,
+        found_beside: Vec::new(),
         name: "t".into(),
         question: "q".into(),
         kind: DataKind::Virtual,
@@ -274,49 +224,4 @@ fn behaviour_statements_stand_beside_their_numbers() {
     assert!(text.contains("1 of 2 statements of Somebody 2022 hold here"), "{text}");
     assert!(text.contains("<b>does not hold:</b> a beats b <small>a = 1</small><br>because"), "{text}");
     std::fs::remove_dir_all(folder).unwrap();
-}
-
-#[test]
-fn behaviour_every_look_is_drawn_without_holes_in_the_text() {
-    for (look, drawn) in [
-        (LayerLook::Dots, "<circle"),
-        (LayerLook::Dashes, "<path"),
-        (LayerLook::Line, "<path"),
-        (LayerLook::Band, "fill-opacity"),
-    ] {
-        let svg = answer_svg(None, &answer(look)).unwrap();
-        assert!(svg.contains(drawn) && svg.contains("computed, no data") && !svg.contains("NaN"), "{look:?}");
-        assert!(svg.contains("= 7 W") && svg.contains("= 50 W"), "{look:?}");
-    }
-    for (growth, words) in [
-        (&(|x: f64, y: f64| x + y - 2.5) as &dyn Fn(f64, f64) -> f64, "boundary of stability"),
-        (&|_, _| -3.0, "below 2.3 %"),
-        (&|x, y| if x + y > 3.5 { 0.1 } else { -3.0 }, "97.7 %"),
-        (&|x, y| if x + y < 0.5 { f64::NAN } else { x - 1.0 }, "boundary of stability"),
-    ] {
-        let map = answer_svg(None, &map(growth)).unwrap();
-        assert!(map.contains(words) && map.contains("stable: x") && !map.contains("NaN"), "{map}");
-        assert!(rijke_draw::pdf(&map).unwrap().starts_with(b"%PDF"));
-    }
-    // Modes of one point lie far apart: no line leads from one to another, and each has a panel.
-    let mut two = answer(LayerLook::Line);
-    two.frames[0].rows = (0..4)
-        .map(|k| FrameRow {
-            mode: (k % 2).to_string(),
-            values: [(k / 2) as f64, 100.0 * (k % 2) as f64 + (k / 2) as f64, 0.1].map(Some).to_vec(),
-            ..FrameRow::default()
-        })
-        .collect();
-    two.panels = ["0", "1"]
-        .map(|mode| {
-            let mut panel = two.panels[0].clone();
-            panel.layers[0].mode = Some(mode.to_owned());
-            panel
-        })
-        .to_vec();
-    let svg = answer_svg(None, &two).unwrap();
-    assert!(svg.contains(">101<") || svg.contains(">101.0<"), "{svg}");
-    assert_eq!(svg.matches("stroke=\"#0072b2\"").count(), 3, "two lines of one step, and the legend: {svg}");
-    let nothing = Answer { panels: Vec::new(), ..answer(LayerLook::Dots) };
-    assert!(answer_svg(None, &nothing).is_none());
 }

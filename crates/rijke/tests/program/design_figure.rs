@@ -6,12 +6,11 @@ use rijke_rig::{DataKind, Look, Plot, PlotCurve, PlotPanel};
 use std::fs;
 
 /// Layouts by the beginning of their names, and what the legend calls them.
-const KINDS: [(&str, &str); 5] = [
+const KINDS: [(&str, &str); 4] = [
     ("even", "even"),
     ("next", "planned by `next`"),
     ("the paper's eight", "the paper's eight"),
     ("random", "random"),
-    ("planned, four", "four, planned"),
 ];
 
 /// Layout, hours, rms error of growth rates in 1/s, and ln Bayes factor of the drags.
@@ -40,14 +39,14 @@ fn exact_the_figure_of_designs_shows_the_table_of_its_record() {
             let own = rows.iter().filter(|r| r.0.starts_with(start) && r.1 <= 20.0);
             PlotCurve::new(name, Look::Dots(k), own.filter_map(|r| Some([r.1, of(r)?])).collect())
         };
-        PlotPanel::new("hours of the rig", y, KINDS.iter().enumerate().map(curve).collect())
+        PlotPanel::new("Rig time / h", y, KINDS.iter().enumerate().map(curve).collect())
     };
     let figure = Plot {
         title: "Layouts of a campaign: medians of five rigs".to_owned(),
         data: DataKind::Virtual,
         panels: vec![
-            panel("rms error of growth rates / s^{-1}", &|r| r.2),
-            panel("ln Bayes factor between the drags / nats", &|r| r.3),
+            panel("Rms error of growth rates / s^{-1}", &|r| r.2),
+            panel("ln Bayes factor, drags / nats", &|r| r.3),
         ],
     };
     assert!(figure.panels.iter().all(|p| p.curves[0].points.len() > 5));

@@ -78,7 +78,7 @@ fn exact_a_filter_is_drawn_beside_the_batch_fit() {
     for part in ["figure-2.svg", "filter-25.svg", "batch, 200 twins", "<tr><td>U_h</td>"] {
         assert!(page.contains(part), "{part}");
     }
-    for part in ["heater drag", "batch fit, 2 sd", "innovations", "(h)"] {
+    for part in [", heater drag", "batch fit, two standard deviations", "of innovations", "(h)"] {
         assert!(figure.contains(part), "{part}");
     }
     assert!(!figure.contains("NaN"));

@@ -26,7 +26,7 @@ fn behaviour_next_says_what_to_measure_and_when_to_stop() {
     let (code, text) = said("next study --plot next.svg");
     assert!(code == Some(0) && text.contains("(repeat)") && text.contains("Plan: "), "{text}");
     assert!(text.contains("the best further point would add"), "{text}");
-    assert!(fs::read_to_string(folder.join("next.svg")).unwrap().contains("expected information / nats"));
+    assert!(fs::read_to_string(folder.join("next.svg")).unwrap().contains("Expected information / nats"));
 
     let answer = |words: &str| -> Value {
         let words: Vec<&str> = words.split(' ').chain(["--json"]).collect();

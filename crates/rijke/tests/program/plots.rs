@@ -29,7 +29,18 @@ fn exact_the_page_names_every_picture_and_every_picture_has_its_panels() {
     }
     let click = fs::read_to_string(plots.join(named[2])).unwrap();
     assert!(
-        click.contains("microphone 7") && !click.contains("microphone 8") && click.contains("less the fit"),
-        "a click's picture shows what is left"
+        click.contains(">p8<") && !click.contains(">p0<") && click.contains("Residual / Pa"),
+        "a click's picture names the microphones and shows what is left"
     );
+    let delays = fs::read_to_string(plots.join("delays.svg")).unwrap();
+    for m in 1..=8 {
+        assert_eq!(delays.matches(&format!(">p{m}<")).count(), 2, "p{m} stands below both panels: {delays}");
+    }
+    assert!(delays.contains("relative to p1 / \u{b5}s"), "{delays}");
+    // Pings and clicks have colours of their own.
+    let colour = |name: &str| {
+        let key = delays.split(&format!(">{name}, ")).next().unwrap();
+        key.rsplit("fill=\"#").next().unwrap()[..6].to_owned()
+    };
+    assert_ne!(colour("pings"), colour("clicks"));
 }

@@ -44,7 +44,7 @@ fn behaviour_a_study_becomes_a_page_that_says_virtual() {
     }
     assert_eq!(csv(&["--map", "x_g,Q", "--plot", "map.svg"]).lines().count(), 1 + 2 * 15 * 15);
     let map = fs::read_to_string(folder.join("map.svg")).unwrap();
-    assert!(map.contains("probability of instability") && !map.contains("NaN"));
+    assert!(map.contains("Probability of instability") && !map.contains("NaN"));
     // The same on the page, and beside it as a table; here beyond the powers that were measured.
     let mapped = fs::read_to_string(folder.join("rig/results/tables/stability.csv")).unwrap();
     assert!(

@@ -1,7 +1,7 @@
 //! What is found of a trained model beside its evidence, as tables and figures: residuals, points given all
 //! others, gains of further terms along the rig.
 
-use super::super::found::{Checks, Missing, PointCheck};
+use super::super::found::{Asked, Checks, Missing, PointCheck};
 use super::super::frame::{Frame, FrameColumn, FrameRow};
 use super::super::record::{MeasuredRecord, StageRecord};
 use super::answer::{Answer, AnswerPanel, Layer, LayerLook};
@@ -70,7 +70,11 @@ pub fn residuals_over_factors(factors: &[Factor], stage: &StageRecord) -> Option
     })
 }
 
-/// The gain of each kind of effect along the rig, and the most that chance gives.
+/// The best terms at ends and parts that the caption of gains along the rig names, at most.
+const PARTS: usize = 5;
+
+/// The gain of each kind of effect along the rig, and the most that chance gives. Those at ends, and at parts
+/// that may move, are in the caption.
 #[must_use]
 pub fn gains_along(stage: &StageRecord, missing: &Missing) -> Answer {
     let columns = [("x", "Place", "m"), ("gain", "Expected gain", "nats")];
@@ -81,22 +85,34 @@ pub fn gains_along(stage: &StageRecord, missing: &Missing) -> Answer {
         values: vec![Some(x), Some(gain)],
         ..FrameRow::default()
     };
-    // Not those of the ends, which are no function of place.
-    let local = || missing.best.iter().filter(|a| !a.place.ends_with(" end"));
-    let at = || local().filter_map(|a| Some((a, a.x?)));
+    // Ends and parts that move have no one place along the rig.
+    let along = |a: &&Asked| a.place.starts_with("x = ");
+    let at = || missing.best.iter().filter(along).filter_map(|a| Some((a, a.x?)));
     let mut rows: Vec<FrameRow> = at().map(|(a, x)| row(&a.words(), &a.effect, x, a.gain)).collect();
     let last = at().map(|(_, x)| x).fold(0.0, f64::max);
-    rows.extend([0.0, last].map(|x| row("by chance", "by chance, 1 of 20", x, missing.by_chance)));
+    rows.extend([0.0, last].map(|x| row("by chance", "by chance: 95 % level", x, missing.by_chance)));
+    let parts: Vec<String> = missing
+        .best
+        .iter()
+        .filter(|a| !along(a))
+        .take(PARTS)
+        .map(|a| format!("{} at {} {:.1}", a.effect, a.place, if a.gain.abs() < 0.05 { 0.0 } else { a.gain }))
+        .collect();
+    let parts = match &parts[..] {
+        [] => String::new(),
+        best => format!(" At ends and parts, in nats: {}.", best.join(", ")).replace(" -", " \u{2212}"),
+    };
     Answer {
         id: format!("{}-missing", stage.id),
         title: format!("{}: what the data still ask for", stage.title),
-        caption: "Expected gain in ln evidence of one more term of each kind at each place, in proportion to whichever factor gains most. \
-                  A term describes what is missing, and is no cause."
-            .to_owned(),
+        caption: format!(
+            "Expected gain in ln evidence of one more term of each kind at each place, in proportion to whichever factor gains most at that place. A \
+             term describes what is missing, and is no cause.{parts}"
+        ),
         parameters: Vec::new(),
         frames: vec![Frame { columns, rows }],
         panels: vec![AnswerPanel {
-            x: "x / m".to_owned(),
+            x: "*x* / m".to_owned(),
             y: "Expected gain / nats".to_owned(),
             layers: vec![Layer { frame: 0, look: LayerLook::Line, x: 0, y: 1, sd: None, mode: None }],
         }],
@@ -121,5 +137,37 @@ mod tests {
         let table = left_out_table(&checks);
         assert_eq!(table.numbers(0), [Some(-3.0), None]);
         assert_eq!([table.rows[0].series.as_str(), &table.rows[1].series], ["", "doubtful"]);
+    }
+
+    #[test]
+    fn exact_parts_that_move_are_no_place_of_the_curve() {
+        let term = |place: &str, x: f64, gain: f64| Asked {
+            effect: "leak".into(),
+            place: place.into(),
+            x: Some(x),
+            times: String::new(),
+            strength: [0.1, 0.01],
+            unit: "1".into(),
+            prior_sd: 0.1,
+            gain,
+            probability: 0.5,
+            moves: [0.0; 2],
+        };
+        let best = vec![
+            term("rods, end", 0.5, 12.34),
+            term("x = 0.300 m", 0.3, 2.0),
+            term("upstream end", 0.0, -0.04),
+        ];
+        let missing = Missing { tried: 3, by_chance: 3.0, families: Vec::new(), best };
+        let stage = r#"{"id": "s", "title": "S", "measured": [], "models": [], "winner": "", "chosen": "", "decides": 3}"#;
+        let stage: StageRecord = serde_json::from_str(stage).unwrap();
+        let answer = gains_along(&stage, &missing);
+        let places = answer.frames[0].numbers(0);
+        assert_eq!(places, [Some(0.3), Some(0.0), Some(0.3)], "one term, and the level by chance");
+        assert!(
+            answer.caption.ends_with("in nats: leak at rods, end 12.3, leak at upstream end 0.0."),
+            "{}",
+            answer.caption
+        );
     }
 }

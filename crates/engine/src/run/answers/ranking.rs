@@ -123,7 +123,9 @@ impl Run {
         }
         let with = if shared { ", with the errors that points share as estimated" } else { "" };
         let mut caption = if line.is_empty() {
-            format!("Measured modes (dots), the model that went on and the next by evidence (dashes){with}.")
+            format!(
+                "Measured modes (dots), the model that went on and the next by evidence (short lines){with}."
+            )
         } else {
             "Measured modes (dots) and the models with the most evidence.".to_owned()
         };

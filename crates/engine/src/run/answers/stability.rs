@@ -196,8 +196,7 @@ impl Verdict {
             _ => format!(" Of {gone} of {asked} points the model says nothing: the map is blank there."),
         };
         let sentence = format!("{what}: {mark} at {}, {}.{known}", shown(0), shown(1));
-        let crossed = mean(most) > 0.0 && mean(least) <= 0.0;
-        Self { sentence, mark: if crossed { mark } else { format!("{what}: {mark}") }, at: Some(node.at) }
+        Self { sentence, mark, at: Some(node.at) }
     }
 }
 
@@ -247,9 +246,10 @@ fn others(found: &[Forecast]) -> String {
 fn whose(asked: &MapQuestion, model: &SavedModel, modes: usize, averaged: bool) -> String {
     let ids: Vec<&str> = model.candidates.values().map(String::as_str).collect();
     let open = if averaged { ", averaged with the models that the evidence leaves open" } else { "" };
+    let [across, up] = [0, 1].map(|k| asked.grid.values[k].len());
     let mode = if modes > 1 { "of the mode that grows fastest" } else { "of the mode" };
     format!(
-        "Growth rate {mode} and probability that it is positive, by the model of {} ({}){open}. The line is the boundary of stability; its band is where \
+        "Growth rate {mode} and probability that it is positive, by the model of {} ({}){open}, at {across} by {up} nodes and linear between them. The line is the boundary of stability; its band is where \
          zero lies within two standard deviations of the model and its misfit, that is where the probability of instability is 2.3 % to 97.7 %. Dots are the points \
          that trained the model.",
         asked.stage,

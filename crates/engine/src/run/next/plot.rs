@@ -18,18 +18,13 @@ impl Next {
             };
             let all = dots(self.points.iter().collect());
             let varies = all.windows(2).any(|w| w[0][0] != w[1][0]);
-            varies.then(|| PlotPanel {
-                x: axis_label(&factor_column(factor)),
-                y: "expected information / nats".to_owned(),
-                curves: vec![
-                    PlotCurve::new("a possible point", Look::Dots(0), all),
-                    PlotCurve::new(
-                        "a point of the plan",
-                        Look::Dots(1),
-                        dots(self.points.iter().filter(planned).collect()),
-                    ),
-                ],
-                marks: Vec::new(),
+            let plan = dots(self.points.iter().filter(planned).collect());
+            let curves = vec![
+                PlotCurve::new("a possible point, measured alone", Look::Dots(0), all),
+                PlotCurve::new("a point of the plan, measured alone", Look::Dots(1), plan),
+            ];
+            varies.then(|| {
+                PlotPanel::new(&axis_label(&factor_column(factor)), "Expected information / nats", curves)
             })
         };
         Plot {
