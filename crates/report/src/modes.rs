@@ -114,7 +114,7 @@ fn label(change: SmallChange) -> [&'static str; 2] {
         SmallChange::Device(Device::Drag) => ["screen: *p* drops by *e\u{3c1}cu*", DEVICE],
         SmallChange::Device(Device::Heat) => ["heat: *u* rises by *eu*", DEVICE],
         SmallChange::Device(Device::Leak) => ["leak: *u* drops by *ep*/(*\u{3c1}c*)", DEVICE],
-        SmallChange::Area => ["wider by share *e*", ALONG],
+        SmallChange::Area => ["more area by share *e*", ALONG],
         SmallChange::Temperature => ["hotter by share *e*", ALONG],
     }
 }
@@ -145,7 +145,7 @@ mod tests {
         };
         let svg = figure.svg();
         assert_eq!(svg.matches("<circle").count(), 9);
-        assert_eq!(svg.matches(">(d) wider by share").count(), 1, "a curve says what is changed: {svg}");
+        assert_eq!(svg.matches(">(d) more area by share").count(), 1, "a curve says what is changed: {svg}");
         assert!(svg.contains("pole of a law") && !svg.contains("NaN"));
         let empty = ModesFigure { modes: vec![], poles: vec![], ..figure };
         assert!(empty.svg().contains("(c)"));

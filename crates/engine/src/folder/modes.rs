@@ -98,7 +98,9 @@ impl ModeCase {
             }
         }
         self.note.iter().for_each(|note| tell.note(note.clone()));
-        if let Some(growing) = lines.iter().find(|l| self.passive && l.growth_rate > 1e-9 * l.frequency_hz) {
+        if let Some(growing) =
+            lines.iter().find(|l| self.passive && l.growth_rate > 1e-9 * l.frequency_hz.abs())
+        {
             tell.note(format!(
                 "warning: {path}: the mode at {:.2} Hz grows although nothing in the file feeds energy: an end or a \
                  coefficient of it is not what it should be (see the column that is positive)",

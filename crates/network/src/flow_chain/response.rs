@@ -41,6 +41,9 @@ pub enum FlowParameter {
     Angle(usize),
 }
 
+/// Ducts that are told apart in a condition, whose cost is that of their number squared.
+const MOST_APART: usize = 160;
+
 impl FlowChain {
     /// The eigenvalue at `root` and the pressures of its mode with derivatives up to `order` with respect to
     /// `parameters`. Places are numbered as in [`crate::Network`]: place j lies before duct j, upstream side.
@@ -159,7 +162,8 @@ impl FlowChain {
 
     /// Condition of the eigenvalue: sum of |theta ds/dtheta|/|s| over lengths, areas, the inlet's density and
     /// velocity, everything that acts, walls and the moduli of the ends, as
-    /// [`crate::Sensitivities::condition`]; an end of a small |R| counts as one of |R| near 1.
+    /// [`crate::Sensitivities::condition`]; an end of a small |R| counts as one of |R| near 1. In a
+    /// staircase of many pieces every so many-th one stands for those beside it.
     ///
     /// # Errors
     /// [`NetworkError::NotFinite`].
@@ -181,11 +185,19 @@ impl FlowChain {
             (P::LogModulus(0), 1.0),
         ];
         parameters.push((P::LogModulus(1), 1.0));
+        let every = 1 + self.ducts.len() / MOST_APART;
         for (i, duct) in self.ducts.iter().enumerate() {
-            parameters
-                .extend([(P::Length(i), basis.length[i].value.re), (P::Area(i), basis.area[i].value.re)]);
+            let plain = duct.actions.is_empty() && basis.beside[i].is_empty();
+            let next_is_smooth = self.ducts.get(i + 1).is_some_and(|next| next.smooth);
+            let weight = match duct.smooth && next_is_smooth && plain {
+                true if i % every > 0 => continue,
+                true => every as f64,
+                false => 1.0,
+            };
+            let [length, area] = [basis.length[i], basis.area[i]].map(|v| weight * v.value.re);
+            parameters.extend([(P::Length(i), length), (P::Area(i), area)]);
             if duct.wall.is_some() || basis.loss[i].is_some() {
-                parameters.push((P::Wall(i), 1.0));
+                parameters.push((P::Wall(i), weight));
             }
             if !duct.actions.is_empty() {
                 parameters.push((P::Gain(i), 1.0));

@@ -52,8 +52,8 @@ impl SmallChange {
             Self::Device(Device::Drag) => ("a screen that takes 0.01 rho c u", 0.01),
             Self::Device(Device::Heat) => ("a heat source that adds 0.01 u in phase", 0.01),
             Self::Device(Device::Leak) => ("a leak that takes 0.01 p/(rho c)", 0.01),
-            Self::Area if sign > 0.0 => ("0.1 m wider by 1 %", 0.001),
-            Self::Area => ("0.1 m narrower by 1 %", 0.001),
+            Self::Area if sign > 0.0 => ("0.1 m with 1 % more area", 0.001),
+            Self::Area => ("0.1 m with 1 % less area", 0.001),
             Self::Temperature if sign > 0.0 => ("0.1 m warmer by 1 %", 0.001),
             Self::Temperature => ("0.1 m colder by 1 %", 0.001),
         }
@@ -81,7 +81,10 @@ mod tests {
         let drag = SmallChange::Device(Device::Drag).best(&x, &curve).unwrap();
         assert_eq!((drag.at, drag.growth_rate_change), (0.5, -0.01));
         let area = SmallChange::Area.best(&x, &curve).unwrap();
-        assert_eq!((area.at, area.growth_rate_change, area.proposal), (0.0, -0.003, "0.1 m narrower by 1 %"));
+        assert_eq!(
+            (area.at, area.growth_rate_change, area.proposal),
+            (0.0, -0.003, "0.1 m with 1 % less area")
+        );
         let warm = SmallChange::Temperature.best(&x, &[0.0, -4.0, 2.0]).unwrap();
         assert_eq!((warm.at, warm.proposal), (0.5, "0.1 m warmer by 1 %"));
         assert_eq!(SmallChange::Area.best(&[], &[]), None);

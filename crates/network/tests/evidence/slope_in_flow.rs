@@ -116,3 +116,16 @@ fn message_a_slope_in_too_few_pieces_is_said() {
     let still = tube("pieces = 40").replace("mach = 0.03", "mach = 0.03\nentropy_waves = false");
     assert!(read(&still).unwrap().warnings.is_empty());
 }
+
+#[test]
+fn behaviour_the_condition_of_a_long_staircase_is_that_of_a_short_one() {
+    // Of 320 pieces every third stands for its neighbours; of 140 all count.
+    let condition = |pieces: usize| {
+        let built = read(&tube(&format!("pieces = {pieces}"))).unwrap();
+        let modes = built.modes(&built.region).unwrap().modes;
+        let mode = modes.iter().find(|m| (m.s.im / std::f64::consts::TAU - 217.4).abs() < 2.0).unwrap();
+        built.flow.unwrap().condition(&mode.root()).unwrap()
+    };
+    let [short, long] = [140, 320].map(condition);
+    assert!((long / short - 1.0).abs() < 0.1 && short > 1.0, "{short} {long}");
+}

@@ -35,6 +35,8 @@ use toml::{Spanned, Table, Value as Toml};
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct File {
+    /// The name of the file, if it is left out.
+    #[serde(default)]
     name: String,
     #[serde(default)]
     source: String,
@@ -156,7 +158,11 @@ impl File {
     }
 }
 
-pub(super) fn rig(file: File, campaign: &Campaign, source: &Source) -> Outcome<Rig> {
+pub(super) fn rig(mut file: File, campaign: &Campaign, source: &Source) -> Outcome<Rig> {
+    if file.name.is_empty() {
+        let stem = Path::new(&source.file).file_stem();
+        file.name = stem.map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
+    }
     let mut scope = built_in().map_err(|problem| (0..0, problem))?;
     let mut factors = Vec::new();
     for factor in &campaign.factors {
