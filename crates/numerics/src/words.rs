@@ -81,16 +81,16 @@ pub fn fixed(value: f64, places: usize) -> String {
     if text.bytes().all(|b| b"-0.".contains(&b)) { text.trim_start_matches('-').to_owned() } else { text }
 }
 
-/// The known word within two edits of `name` (one for short names, none for a letter), upper and lower case
-/// alike, if any.
+/// The known word within two edits of `name` (one for names of up to four letters, none for a letter), upper
+/// and lower case alike, if any. Two neighbours that changed places are one edit.
 #[must_use]
 pub fn nearest<'a>(name: &str, known: &[&'a str]) -> Option<&'a str> {
     let allowed = match name.chars().count() {
         0 | 1 => 0,
-        2 | 3 => 1,
+        2..=4 => 1,
         _ => 2,
     };
-    let distance = |word: &str| strsim::levenshtein(&name.to_lowercase(), &word.to_lowercase());
+    let distance = |word: &str| strsim::osa_distance(&name.to_lowercase(), &word.to_lowercase());
     let (distance, best) = known.iter().map(|k| (distance(k), *k)).min_by_key(|(d, _)| *d)?;
     (distance <= allowed).then_some(best)
 }

@@ -4,6 +4,9 @@ use rijke_formula::FormulaError;
 use rijke_numerics::rational::TableError;
 use rijke_rig::UnitError;
 
+/// What a stage is called on which another one can stand: it comes before.
+pub(crate) const EARLIER: &str = "earlier stage";
+
 /// Why a study cannot be read.
 #[derive(Debug, thiserror::Error)]
 #[error("{file}{}: {problem}", line.map(|l| format!(", line {l}")).unwrap_or_default())]
@@ -21,8 +24,14 @@ pub struct StudyError {
 #[non_exhaustive]
 pub enum StudyProblem {
     /// The file is not there.
-    #[error("there is no such file; `rijke new DIR --template NAME` writes every file of a study to fill in")]
-    Absent,
+    #[error(
+        "there is no such file{}",
+        if *of_every_study { "; `rijke new DIR --template NAME` writes every file of a study to fill in" } else { "" }
+    )]
+    Absent {
+        /// Whether every study has it.
+        of_every_study: bool,
+    },
     /// The file cannot be read.
     #[error("cannot be read: {0}")]
     Unreadable(std::io::Error),
@@ -320,7 +329,9 @@ pub enum StudyProblem {
 /// The known name nearest to one that is not, and all known ones.
 fn meant(name: &str, known: &str) -> String {
     let all: Vec<&str> = known.split(", ").collect();
-    match rijke_numerics::words::nearest(name, &all) {
+    // Of numbered things the nearest is any other one.
+    let is_numbered = name.contains(|c: char| c.is_ascii_digit());
+    match rijke_numerics::words::nearest(name, &all).filter(|_| !is_numbered) {
         Some(nearest) => format!("did you mean `{nearest}`? Known: {known}"),
         None => format!("known: {known}"),
     }

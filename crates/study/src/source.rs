@@ -22,7 +22,10 @@ impl Source {
         match rijke_numerics::read_text(path) {
             Ok(text) => Ok(Self { file, text }),
             Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
-                Err(StudyError { file, line: None, problem: Box::new(StudyProblem::Absent) })
+                let of_every_study =
+                    path.file_name().is_some_and(|name| name == "rig.toml" || name == "campaign.csv");
+                let problem = Box::new(StudyProblem::Absent { of_every_study });
+                Err(StudyError { file, line: None, problem })
             }
             Err(error) => {
                 let cause = std::io::Error::other(error.to_string());

@@ -91,8 +91,8 @@ impl ModeCase {
             line.by_noise_of_tables = Some(by);
             if by.doubtful {
                 tell.note(format!(
-                    "warning: {path}: the mode at {:.2} Hz may be one of the noise of a measured table: of {} tables drawn with that noise {} have it; raise \
-                     the tolerance to twice the error of a row",
+                    "warning: {path}: the mode at {:.2} Hz may be one of the noise of a measured table: of {} tables drawn with that noise {} have it; look \
+                     whether the tolerance is two to three times the error of a row, and measure more rows there",
                     line.frequency_hz, by.draws, by.found
                 ));
             }

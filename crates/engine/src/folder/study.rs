@@ -46,7 +46,7 @@ pub fn of_modes(study: &Study) -> Result<(), Failed> {
 pub fn observations(study: &Study) -> Result<ObservedModes, Failed> {
     of_modes(study)?;
     study.observations().map_err(|error| {
-        if !matches!(*error.problem, StudyProblem::Unreadable(_)) {
+        if !matches!(*error.problem, StudyProblem::Unreadable(_) | StudyProblem::Absent { .. }) {
             return Failed::bad_input(error);
         }
         Failed::bad_input(error).remedy(

@@ -30,8 +30,8 @@ const THIN: f64 = 1000.0;
 const PRANDTL: [f64; 2] = [0.1, 1.5];
 const VISCOSITY: [f64; 2] = [5e-6, 5e-5];
 const ROOM: f64 = 293.15;
-/// Gas constant of uranium hexafluoride, J/(kg K), and a little more than the ratio of specific heats of single
-/// atoms.
+/// Gas constant of uranium hexafluoride, J/(kg K), and a little more than the ratio of specific heats of
+/// single atoms.
 const HEAVIEST: f64 = 23.0;
 const ATOMS: f64 = 1.68;
 /// Flows through holes are slow beside the sound, up to this Mach number.

@@ -17,10 +17,10 @@ pub fn steady_share([before, after]: [f64; 2]) -> f64 {
 /// conductivity at the Strouhal number omega R/U (Howe 1979, Proc. R. Soc. Lond. A 366; thickness in series
 /// as in Hughes & Dowling 1990, J. Fluid Mech. 218). Without flow K_R = 2R.
 ///
-/// Howe's hole is alone in a plane. In a plate across a duct the attached mass is phi times as large (Fok) and
-/// the steady loss q times ([`steady_share`]): pi R phi/2 is shed, and the Strouhal number is that of the
-/// radius R phi/q, so that the resistance is 2 rho U q at low frequencies and pi rho U q/2 at high ones, and
-/// the mass that the flow takes away there no more than what was attached.
+/// Howe's hole is alone in a plane. In a plate across a duct the attached mass is phi times as large (Fok)
+/// and the steady loss q times ([`steady_share`]): pi R phi/2 is shed, and the Strouhal number is that of
+/// the radius R phi/q, so that the resistance is 2 rho U q at low frequencies and pi rho U q/2 at high
+/// ones, and the mass that the flow takes away there no more than what was attached.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BiasHole {
     /// Without the vortices, times the area of the duct over that of the holes for a plate: Pa s/m.

@@ -107,8 +107,8 @@ pub(crate) fn check_analytic<K: Coefficients + ?Sized>(
             up.iter().zip(down).map(|(u, v)| (u - v) / (2.0 * d)).collect()
         };
         let centre = values(s);
-        // Rounding of a central difference is eps |law|/h; its truncation h^2 law''', which a long delay makes
-        // large: the mismatch counts if a smaller step leaves it.
+        // Rounding of a central difference is eps |law|/h; its truncation h^2 law''', which a long delay
+        // makes large: the mismatch counts if a smaller step leaves it.
         let mut mismatches = |h: f64| -> Vec<f64> {
             let across = along(&mut values, C64::new(h, 0.0));
             let upward = along(&mut values, C64::new(0.0, h));

@@ -95,8 +95,9 @@ fn exact_fast_bias_flow_resists_and_moves_no_air() {
 
 #[test]
 fn behaviour_walls_leave_jets_their_steady_loss() {
-    // Fok's function of a plate of which holes take a tenth leaves half of the attached mass; the jets lose their
-    // momentum all the same: by Borda and Carnot behind a jet that contracts by sqrt 2, (1 - 0.1/sqrt 2)^2.
+    // Fok's function of a plate of which holes take a tenth leaves half of the attached mass; the jets lose
+    // their momentum all the same: by Borda and Carnot behind a jet that contracts by sqrt 2, (1 - 0.1/sqrt
+    // 2)^2.
     for share in [0.02, 0.1, 0.3, 0.64] {
         let contracted = (1.0 - share / 2.0_f64.sqrt()).powi(2);
         let found = steady_share([share; 2]);

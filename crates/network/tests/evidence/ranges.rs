@@ -86,8 +86,8 @@ fn message_what_is_out_of_range_is_said() {
     assert!(read(&quiet).unwrap().warnings.is_empty(), "{:?}", read(&quiet).unwrap().warnings);
 }
 
-/// Gas that enters at a constant rate reflects (1 - M)/(1 + M); a closed end through which it is blown feeds the
-/// modes of a tube that nothing drives.
+/// Gas that enters at a constant rate reflects (1 - M)/(1 + M); a closed end through which it is blown
+/// feeds the modes of a tube that nothing drives.
 #[test]
 fn exact_a_closed_end_that_is_blown_through_is_said_and_its_remedy_feeds_nothing() {
     let flow = "[flow]\nmach = 0.05\nentropy_waves = false";

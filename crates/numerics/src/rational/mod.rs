@@ -1,9 +1,8 @@
 //! Rational functions of s near tables of gain and phase over frequency. Must not know of what they are
 //! measured.
 //!
-//! `rows` holds a table; `aaa` finds poles; `relocate` finds residues and poles by linear least squares, `polish` the
-//! minimum; `table`
-//! fits with both; `likely` finds the other fits that noise allows.
+//! `rows` holds a table; `aaa` finds poles; `relocate` finds residues and poles by linear least squares,
+//! `polish` the minimum; `table` fits with both; `likely` finds the other fits that noise allows.
 
 mod aaa;
 mod likely;

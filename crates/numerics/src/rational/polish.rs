@@ -1,8 +1,8 @@
 //! The nearest minimum of the sum of squares over poles, residues and constant together (Levenberg 1944,
 //! Marquardt 1963).
 //!
-//! Vector fitting solves linear problems in which the noisy values multiply the unknowns: with noise its poles
-//! settle near the minimum and not in it.
+//! Vector fitting solves linear problems in which the noisy values multiply the unknowns: with noise its
+//! poles settle near the minimum and not in it.
 
 use super::relocate::{Fractions, Samples, least_squares};
 use crate::C64;

@@ -1,7 +1,7 @@
 //! Names of stages, questions and maps.
 
 use super::Plan;
-use crate::StudyProblem;
+use crate::error::{EARLIER, StudyProblem};
 use crate::source::listed;
 
 /// An id names files.
@@ -20,9 +20,6 @@ pub(super) fn short_id(id: &str) -> Result<(), StudyProblem> {
     let need = "1 to 100 letters, digits, -, _ or ., with no . in front, and not ending in .rival or .open: it is also the name of files";
     Err(StudyProblem::Value { key, value, need })
 }
-
-/// What a stage is called on which another one can stand: it comes before.
-pub(crate) const EARLIER: &str = "earlier stage";
 
 /// The problem, or where a stage of the file is named too early, that.
 pub(super) fn or_later(problem: StudyProblem, of_the_file: &[String]) -> StudyProblem {

@@ -13,7 +13,6 @@ mod select;
 mod stands;
 mod suits;
 
-pub(crate) use ids::EARLIER;
 pub use maps::{MapGrid, MapQuestion};
 pub use noise::{NoiseSpec, PlannedLawError, PlannedVarying, SdSpec};
 pub use questions::{Question, fields_of};

@@ -1,9 +1,10 @@
 //! From the text of `study.toml` to a plan that names only what exists.
 
-use super::ids::{EARLIER, known_stage, or_later, short_id};
+use super::ids::{known_stage, or_later, short_id};
 use super::maps::MapFile;
 use super::stands::{counted_once, known_ground};
 use super::{Base, Cost, HeatedFlow, NoiseSpec, Plan, Prefer, SdSpec, Selection, Stage};
+use crate::error::EARLIER;
 use crate::rig::Shape;
 use crate::source::{Source, listed};
 use crate::{Campaign, Catalogue, Rig, StudyError, StudyProblem};

@@ -1,8 +1,7 @@
 //! On which earlier stages a stage may stand.
 
-use super::ids::EARLIER;
 use super::{Plan, Stage};
-use crate::StudyProblem;
+use crate::error::{EARLIER, StudyProblem};
 use crate::source::listed;
 
 /// Refuses a name of nothing that a stage may stand on: stages of modes and of responses.

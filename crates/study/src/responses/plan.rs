@@ -1,6 +1,7 @@
 //! Stages that train on responses: `[[responses]]` of `study.toml`.
 
-use crate::plan::{EARLIER, SdSpec, Selection};
+use crate::error::EARLIER;
+use crate::plan::{SdSpec, Selection};
 use crate::source::listed;
 use crate::{Campaign, Catalogue, StudyProblem};
 use rijke_inference::Kernel;

@@ -52,7 +52,7 @@ fn message_a_question_that_cannot_be_asked_names_line_and_what_is_known() {
             "line 13: there is no key called `set` of `ask = \"contours\"`; known: sets",
         ),
         ("ask = \"contours\"\nsets = [[\"p9\"]]", "line 8: there is no microphone called `p9`; known: none"),
-        ("ask = \"contours\"\nsets = 3", "line 12: invalid type: integer `3`, expected a sequence"),
+        ("ask = \"contours\"\nsets = 3", "line 12: 3 stands where a list in brackets is needed"),
         (
             "ask = \"prediction\"\npoints = { points = [\"z\"] }",
             "line 8: there is no operating point called `z`; known: a, b",

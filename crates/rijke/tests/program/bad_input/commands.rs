@@ -281,7 +281,7 @@ pub(super) const CASES: [Case; 39] = [
             fs::write(d.join("my-rig/rig.toml"), "").unwrap();
         },
         "new my-rig --template heated-tube",
-        ["my-rig", "exists already", "Move it away, give another name"],
+        ["my-rig", "exists already", "Move it away, or give another name"],
     ),
     case(
         "network without segments",

@@ -29,7 +29,7 @@ pub(super) const CASES: [Case; 31] = [
         "no rig",
         |d| fs::remove_file(d.join("data/rig.toml")).unwrap(),
         RANK,
-        ["data/rig.toml", "cannot be read", "No such file"],
+        ["data/rig.toml", "there is no such file", "`rijke new DIR"],
     ),
     case(
         "id of another candidate",
@@ -143,7 +143,7 @@ pub(super) const CASES: [Case; 31] = [
         "stage on a stage that does not come before",
         |d| plan(d, "on = \"empty-tube\"", "on = \"heater\""),
         RANK,
-        ["study.toml, line", "no earlier stage called `heater`", "known: empty-tube"],
+        ["study.toml, line", "stage `heater` does not come before this one", "an earlier stage: empty-tube"],
     ),
     case(
         "condition on a factor that is none",

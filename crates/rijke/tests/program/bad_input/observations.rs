@@ -121,7 +121,7 @@ pub(super) const CASES: [Case; 24] = [
         "no observations",
         |d| fs::remove_dir_all(d.join("data/observations")).unwrap(),
         RANK,
-        ["data/observations/observations.toml", "cannot be read", "with `rijke process`"],
+        ["data/observations/observations.toml", "there is no such file", "with `rijke process`"],
     ),
     case(
         "unknown kind of data",
@@ -226,7 +226,7 @@ pub(super) const CASES: [Case; 24] = [
         "flow of nothing",
         |_| (),
         "flow elsewhere --out base-flow",
-        ["elsewhere", "flow.toml", "`rijke process` makes observations of records"],
+        ["elsewhere", "there is no such folder", "Name a folder of observations"],
     ),
     case(
         "closures that do not exist",
