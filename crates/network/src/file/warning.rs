@@ -92,8 +92,8 @@ pub enum Warning {
     },
     /// Two equal resonators at one place.
     #[error(
-        "line {line}: {place}: it equals {other} at the same place: they also ring against each other, at the resonance of both, without sound in the \
-         duct, and this mode is not counted; give them the numbers that they have, which differ, or make one of them of twice the size"
+        "line {line}: {place}: it equals {other} at the same place: the two also ring against each other, at their own resonance and without sound in \
+         the duct, and this mode is not counted; if they differ, as real ones do, give each its own numbers"
     )]
     Twin {
         /// Line in the file.

@@ -118,7 +118,7 @@ fn message_equal_resonators_at_one_place_and_sizes_that_are_none_are_said() {
     let other = two.replacen("volume = 1e-3", "volume = 1.0000001e-3", 1);
     let [twins, apart] = [&two, &other].map(|text| read(text).unwrap());
     let said = twins.warnings[0].to_string();
-    assert!(twins.warnings.len() == 1 && said.contains("they also ring against each other"), "{said}");
+    assert!(twins.warnings.len() == 1 && said.contains("the two also ring against each other"), "{said}");
     assert!(apart.warnings.is_empty());
     // The mode that is said not to be counted.
     let count = |built: &rijke_network::file::Built| built.modes(&built.region).unwrap().modes.len();

@@ -14,8 +14,6 @@ const DELAYS: [f64; 6] = [0.0, 0.2, 0.4, 0.6, 0.8, 1.0];
 const BESIDE: usize = 4;
 /// Steps of vector fitting from poles that are spread over the band, and from those of a fit nearby.
 const STEPS: [usize; 2] = [8, 4];
-/// Dampings of the poles from which fits start: those of narrow lines, and broad ones.
-const DAMPINGS: [f64; 1] = [0.01];
 /// By what differences of the criterion are divided: a bias that is too small to show on the imaginary axis
 /// grows off it, so that fits which are a little less likely there must count.
 const TEMPER: f64 = 3.0;
@@ -129,14 +127,10 @@ fn most_probable(rows: &[TableRow], lowest: Table, tolerance: f64) -> Table {
     if measured.square(&lowest, &[]) <= least {
         return lowest;
     }
-    let mut rated: Vec<(Table, f64)> = measured
-        .candidates(&[])
-        .into_iter()
-        .filter_map(|c| Some((criterion(&c)?, c.0)))
-        .map(|(r, fit)| (fit, r))
-        .collect();
-    rated.sort_by(|a, b| a.1.total_cmp(&b.1));
-    let meets = |(fit, _): (Table, f64)| Some(fit.held(rows, tolerance)).filter(|(_, meets)| *meets);
+    let candidates = measured.candidates(&[]).into_iter();
+    let mut rated: Vec<(f64, Table)> = candidates.filter_map(|c| Some((criterion(&c)?, c.0))).collect();
+    rated.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let meets = |(_, fit): (f64, Table)| Some(fit.held(rows, tolerance)).filter(|(_, meets)| *meets);
     rated.into_iter().find_map(meets).map_or(lowest, |(fit, _)| fit)
 }
 
@@ -176,14 +170,9 @@ impl Measured<'_> {
         let samples = Samples { omega, values, sds };
         for part in if mean > 0.0 { &DELAYS[..] } else { &DELAYS[..1] } {
             for order in order.saturating_sub(BESIDE)..=order + BESIDE {
-                for damping in DAMPINGS {
-                    let poles = spread(order, range(omega), damping);
-                    let fit = best(&samples, part * mean, poles, STEPS[0]);
-                    found.extend(fit.filter(|(fit, _)| !fit.grows()));
-                    if order < 2 {
-                        break;
-                    }
-                }
+                let poles = spread(order, range(omega));
+                let fit = best(&samples, part * mean, poles, STEPS[0]);
+                found.extend(fit.filter(|(fit, _)| !fit.grows()));
             }
         }
         found

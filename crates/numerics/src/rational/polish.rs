@@ -76,7 +76,7 @@ fn slopes(fit: &Fractions, s: C64) -> Vec<C64> {
 
 /// One damped step.
 fn step(samples: &Samples<'_>, fit: &Fractions, damping: f64) -> Option<Fractions> {
-    let (rows, mut right): (Vec<Vec<C64>>, Vec<C64>) = samples
+    let (rows, right): (Vec<Vec<C64>>, Vec<C64>) = samples
         .omega
         .iter()
         .enumerate()
@@ -98,7 +98,6 @@ fn step(samples: &Samples<'_>, fit: &Fractions, damping: f64) -> Option<Fraction
     }
     let mut target = parts(&|i| right[i]);
     target.extend(std::iter::repeat_n(0.0, n));
-    right.clear();
     let moved = least_squares(columns, target)?;
     let mut next =
         Fractions { constant: fit.constant + moved[0], terms: Vec::with_capacity(fit.terms.len()) };

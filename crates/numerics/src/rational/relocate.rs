@@ -26,11 +26,11 @@ impl Samples<'_> {
     }
 }
 
-/// Poles of `order` spread over the band, with this ratio of -Re to Im.
-pub(super) fn spread(order: usize, [low, high]: [f64; 2], damping: f64) -> Vec<C64> {
+/// Poles of `order` spread over the band, of a damping of 1 %.
+pub(super) fn spread(order: usize, [low, high]: [f64; 2]) -> Vec<C64> {
     let pairs = order / 2;
     let at = |k: usize| low + (high - low) * (k as f64 + 0.5) / pairs as f64;
-    let mut poles: Vec<C64> = (0..pairs).map(|k| C64::new(-damping * at(k), at(k))).collect();
+    let mut poles: Vec<C64> = (0..pairs).map(|k| C64::new(-0.01 * at(k), at(k))).collect();
     if order % 2 == 1 {
         poles.push(C64::new(-0.5 * (low + high), 0.0));
     }

@@ -239,7 +239,7 @@ impl Table {
             let order = aaa.terms.len();
             let mut least_noise = f64::INFINITY;
             // One order less first, which AAA cannot have: it counts in pairs of supports.
-            for poles in [spread(order - 1, range, 0.01), upper(aaa.terms.iter().map(|t| t.0))] {
+            for poles in [spread(order - 1, range), upper(aaa.terms.iter().map(|t| t.0))] {
                 let better = aaa.with_poles(&samples, poles, &goal);
                 least_noise = least_noise.min(better.fit.noise);
                 if better.misses < fit.misses {
