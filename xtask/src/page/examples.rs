@@ -26,7 +26,7 @@ const MEASURED: &str = "RIJKE_MEASURED";
 pub(super) fn pages(scratch: &Path) -> Result<Vec<(String, PathBuf)>, String> {
     let folder = root().join("examples");
     let name = |path: PathBuf| path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-    let names = entries(&folder)?.into_iter().map(name);
+    let names = entries(&folder)?.into_iter().filter(|path| path.is_dir()).map(name);
     let at_hand = std::env::var_os(MEASURED).is_some();
     let mut pages = Vec::new();
     for name in names.filter(|name| name != PAPER) {
