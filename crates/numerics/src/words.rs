@@ -130,14 +130,12 @@ pub fn of_toml(message: &str) -> String {
 /// `invalid type: string "x", expected f64` in words of the file.
 fn of_another_type(message: &str) -> Option<String> {
     let (found, wanted) = message.strip_prefix("invalid type: ")?.split_once(", expected ")?;
-    let value = found
-        .split_once(' ')
-        .map(|(kind, rest)| rest.strip_prefix("point ").unwrap_or(if kind == "unit" { "" } else { rest }));
-    let found = match found.split(' ').next()? {
-        "sequence" => "a list".to_owned(),
-        "map" => "a table".to_owned(),
-        "string" => format!("the text {}", value?),
-        _ => value?.trim_matches('`').to_owned(),
+    let found = match (found, found.strip_prefix("string ")) {
+        ("sequence", _) => "a list".to_owned(),
+        ("map", _) => "a table".to_owned(),
+        (_, Some(text)) => format!("the text {text}"),
+        // Numbers and truth values stand between accents, behind their kind.
+        _ => found.split('`').nth(1)?.to_owned(),
     };
     let wanted = match wanted {
         "f64" | "f32" => "a number",

@@ -52,6 +52,14 @@ pub struct FrameRow {
     pub values: Vec<Option<f64>>,
 }
 
+impl FrameRow {
+    /// The number in a column, if there is one.
+    #[must_use]
+    pub fn number(&self, column: usize) -> Option<f64> {
+        self.values.get(column).copied().flatten()
+    }
+}
+
 impl FrameColumn {
     /// A column whose label is its name.
     #[must_use]
@@ -96,7 +104,7 @@ impl Frame {
     /// The numbers of a column, row by row.
     #[must_use]
     pub fn numbers(&self, column: usize) -> Vec<Option<f64>> {
-        self.rows.iter().map(|row| row.values.get(column).copied().flatten()).collect()
+        self.rows.iter().map(|row| row.number(column)).collect()
     }
 }
 

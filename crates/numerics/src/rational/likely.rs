@@ -43,10 +43,7 @@ impl Likely {
     /// where the residuals of that ask for it ([`TwoPart`]); rows then count by it in all fits.
     #[must_use]
     pub fn of(rows: &[TableRow], kept: &Table) -> Self {
-        let omega: Vec<f64> = rows.iter().map(|row| 2.0 * PI * row.frequency).collect();
-        let values: Vec<C64> = rows.iter().map(|row| C64::from_polar(row.gain, row.phase)).collect();
-        let delay = -phase_slope(rows).min(0.0);
-        let measured = Measured { omega: &omega, values: &values, delay, kept };
+        let measured = Measured::of(rows, kept);
         let (mut sds, mut fits, mut noise) = (Vec::new(), measured.fits(&[]), TwoPart::white());
         for _ in 0..ROUNDS {
             let Some((best, _)) = fits.iter().max_by(|a, b| a.1.total_cmp(&b.1)) else { break };
@@ -64,7 +61,7 @@ impl Likely {
             sds = residuals.iter().map(|[gain, ..]| noise.factor(*gain).sqrt()).collect();
             fits = measured.fits(&sds);
         }
-        Self { omega, sds, fits }
+        Self { omega: measured.omega, sds, fits }
     }
 
     /// A function that could as well be the one that was measured: a fit by its probability, its values with
@@ -113,12 +110,9 @@ impl Table {
 /// criterion, n ln(square/n) + parameters ln n of n numbers: a pole of the noise gains less than that
 /// asks for, and a bias that a wide tolerance lets pass does not.
 fn most_probable(rows: &[TableRow], lowest: Table, tolerance: f64) -> Table {
-    let omega: Vec<f64> = rows.iter().map(|row| 2.0 * PI * row.frequency).collect();
-    let values: Vec<C64> = rows.iter().map(|row| C64::from_polar(row.gain, row.phase)).collect();
-    let delay = -phase_slope(rows).min(0.0);
-    let measured = Measured { omega: &omega, values: &values, delay, kept: &lowest };
-    let numbers = 2.0 * omega.len() as f64;
-    let scale = values.iter().map(|v| v.norm()).fold(0.0, f64::max);
+    let measured = Measured::of(rows, &lowest);
+    let numbers = 2.0 * rows.len() as f64;
+    let scale = measured.values.iter().map(|v| v.norm()).fold(0.0, f64::max);
     let least = 0.5 * numbers * (CLOSE * tolerance * scale).powi(2);
     let criterion = |(fit, square): &(Table, f64)| {
         let criterion = numbers * (square.max(least) / numbers).ln() + parameters(fit) * numbers.ln();
@@ -136,13 +130,22 @@ fn most_probable(rows: &[TableRow], lowest: Table, tolerance: f64) -> Table {
 
 /// A table, its mean delay, and the fit that is kept.
 struct Measured<'a> {
-    omega: &'a [f64],
-    values: &'a [C64],
+    omega: Vec<f64>,
+    values: Vec<C64>,
     delay: f64,
     kept: &'a Table,
 }
 
-impl Measured<'_> {
+impl<'a> Measured<'a> {
+    fn of(rows: &[TableRow], kept: &'a Table) -> Self {
+        Self {
+            omega: rows.iter().map(|row| 2.0 * PI * row.frequency).collect(),
+            values: rows.iter().map(|row| C64::from_polar(row.gain, row.phase)).collect(),
+            delay: -phase_slope(rows).min(0.0),
+            kept,
+        }
+    }
+
     /// The gain of a fit, the square of its deviation, and the share of it that the fit leaves, of every row:
     /// the same for all.
     fn residuals(&self, fit: &Table) -> Vec<[f64; 3]> {
@@ -151,7 +154,7 @@ impl Measured<'_> {
             let told = fit.value(C64::new(0.0, *w));
             [told.norm(), (told - v).norm_sqr(), left.max(0.0)]
         };
-        self.omega.iter().zip(self.values).map(at).collect()
+        self.omega.iter().zip(&self.values).map(at).collect()
     }
 
     /// The sum of the squared deviations of a fit over `sds`.
@@ -164,7 +167,7 @@ impl Measured<'_> {
     /// squares, each with the sum of its squared deviations over `sds`. Those whose poles grow at frequencies
     /// of the table are left out.
     fn candidates(&self, sds: &[f64]) -> Vec<(Table, f64)> {
-        let Self { omega, values, delay: mean, kept } = *self;
+        let Self { ref omega, ref values, delay: mean, kept } = *self;
         let mut found = vec![(kept.clone(), self.square(kept, sds))];
         let order = kept.terms.len();
         let samples = Samples { omega, values, sds };

@@ -122,6 +122,14 @@ struct Goal {
     tolerance: f64,
 }
 
+/// The values of the rows, earlier by `delay` (s), and the largest modulus.
+fn earlier(rows: &[TableRow], omega: &[f64], delay: f64) -> (Vec<C64>, f64) {
+    let value = |(e, w): (&TableRow, &f64)| C64::from_polar(e.gain, e.phase + w * delay);
+    let values: Vec<C64> = rows.iter().zip(omega).map(value).collect();
+    let scale = values.iter().map(|v| v.norm()).fold(0.0, f64::max);
+    (values, scale)
+}
+
 /// A fit, and by how much it misses the rows: 1 and less meets them.
 struct Held {
     fit: Table,
@@ -183,18 +191,14 @@ impl Table {
     /// The same function held against the rows of a table: its deviations, and whether it meets them.
     pub(super) fn held(self, rows: &[TableRow], tolerance: f64) -> (Self, bool) {
         let omega: Vec<f64> = rows.iter().map(|e| 2.0 * PI * e.frequency).collect();
-        let value = |(e, w): (&TableRow, &f64)| C64::from_polar(e.gain, e.phase + w * self.delay);
-        let values: Vec<C64> = rows.iter().zip(&omega).map(value).collect();
-        let scale = values.iter().map(|v| v.norm()).fold(0.0, f64::max);
+        let (values, scale) = earlier(rows, &omega, self.delay);
         let samples = Samples { omega: &omega, values: &values, sds: &[] };
         let held = self.held_against(&samples, &Goal { scale, tolerance });
         (held.fit, held.misses <= 1.0)
     }
 
     fn with_delay(rows: &[TableRow], omega: &[f64], delay: f64, tolerance: f64) -> Result<Self, TableError> {
-        let value = |(e, w): (&TableRow, &f64)| C64::from_polar(e.gain, e.phase + w * delay);
-        let values: Vec<C64> = rows.iter().zip(omega).map(value).collect();
-        let scale = values.iter().map(|v| v.norm()).fold(0.0, f64::max);
+        let (values, scale) = earlier(rows, omega, delay);
         let range = [omega[0], omega[omega.len() - 1]];
         if scale == 0.0 {
             return Ok(Self {
@@ -216,15 +220,14 @@ impl Table {
         // A pair of conjugate supports at a time; no more unknowns than equations.
         let most = (rows.len() - 1) / 2;
         let mut reached = fit.fit.deviation;
+        // The least noise about a fit so far, for every number of pairs.
         let mut noises = vec![fit.fit.noise];
         while fit.misses > 1.0 {
-            let least = noises.iter().copied().fold(f64::INFINITY, f64::min);
-            let before = noises.len().checked_sub(1 + ALIKE.0);
-            if before
-                .is_some_and(|k| least > ALIKE.1 * noises[..=k].iter().copied().fold(f64::INFINITY, f64::min))
-            {
-                let remedy = to_digits(2.5 * least, 2);
-                return Err(TableError::Noisy { noise: least, tolerance, remedy });
+            let noise = noises[supports.len()];
+            let before = supports.len().checked_sub(ALIKE.0).map(|k| noises[k]);
+            if before.is_some_and(|before| noise > ALIKE.1 * before) {
+                let remedy = to_digits(2.5 * noise, 2);
+                return Err(TableError::Noisy { noise, tolerance, remedy });
             }
             if supports.len() == most {
                 return Err(TableError::NoFit { order: 2 * most, tolerance, reached });
@@ -237,11 +240,11 @@ impl Table {
             let (constant, terms) = (found.constant, found.terms);
             let aaa = Self { delay, constant, terms, deviation: unknown, noise: unknown, range };
             let order = aaa.terms.len();
-            let mut least_noise = f64::INFINITY;
+            let mut noise = noise;
             // One order less first, which AAA cannot have: it counts in pairs of supports.
             for poles in [spread(order - 1, range), upper(aaa.terms.iter().map(|t| t.0))] {
                 let better = aaa.with_poles(&samples, poles, &goal);
-                least_noise = least_noise.min(better.fit.noise);
+                noise = noise.min(better.fit.noise);
                 if better.misses < fit.misses {
                     fit = better;
                 }
@@ -256,7 +259,7 @@ impl Table {
                     fit = aaa;
                 }
             }
-            noises.push(least_noise);
+            noises.push(noise);
             reached = reached.min(fit.fit.deviation);
         }
         fit.fit.settled(&samples, &goal)

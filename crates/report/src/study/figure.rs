@@ -67,13 +67,13 @@ fn panel(
     let (mut xs, mut ys) = (Vec::new(), Vec::new());
     for layer in &panel.layers {
         for row in layer.rows(&answer.frames[layer.frame]) {
-            let (Some(x), Some(y)) = (number(row, layer.x), number(row, layer.y)) else { continue };
+            let (Some(x), Some(y)) = (row.number(layer.x), row.number(layer.y)) else { continue };
             let half = match (layer.look, layer.sd) {
                 (LayerLook::Ellipse, Some(c)) => {
-                    let variance = |k: usize| number(row, c - k).map_or(0.0, f64::sqrt);
+                    let variance = |k: usize| row.number(c - k).map_or(0.0, f64::sqrt);
                     [2.0 * variance(2), 2.0 * variance(1)]
                 }
-                _ => [0.0, layer.sd.and_then(|k| number(row, k)).map_or(0.0, |sd| 2.0 * sd)],
+                _ => [0.0, layer.sd.and_then(|k| row.number(k)).map_or(0.0, |sd| 2.0 * sd)],
             };
             xs.push((x, half[0]));
             ys.push((y, half[1]));
@@ -101,10 +101,6 @@ fn panel(
 
 /// The line at zero.
 const ZERO: Stroke = Stroke::solid("#bbb", 1.0);
-
-fn number(row: &FrameRow, column: usize) -> Option<f64> {
-    row.values.get(column).copied().flatten()
-}
 
 /// Whether a layer shows what a model misses.
 fn is_residual(frame: &Frame, layer: &Layer) -> bool {
@@ -134,11 +130,11 @@ fn draw<'a>(
     match layer.look {
         LayerLook::Dots => {
             let all = || {
-                let at = |row: &&'a FrameRow| Some(([number(row, layer.x)?, number(row, layer.y)?], *row));
+                let at = |row: &&'a FrameRow| Some(([row.number(layer.x)?, row.number(layer.y)?], *row));
                 rows.iter().filter_map(at)
             };
             for (at, row) in all() {
-                if let Some(sd) = layer.sd.and_then(|k| number(row, k)) {
+                if let Some(sd) = layer.sd.and_then(|k| row.number(k)) {
                     panel.error_bar(at, 2.0 * sd, &Stroke::solid(stroke(row).colour, 1.0));
                 }
             }
@@ -151,7 +147,7 @@ fn draw<'a>(
             let mut rows = rows;
             rows.sort_by(|a, b| a.series.cmp(&b.series));
             for row in rows {
-                if let (Some(x), Some(y)) = (number(row, layer.x), number(row, layer.y)) {
+                if let (Some(x), Some(y)) = (row.number(layer.x), row.number(layer.y)) {
                     panel.curve(&[[x - dash, y], [x + dash, y]], &stroke(row));
                     if groups.any() {
                         panel.ring([x, y], RING, groups.symbol(&row.label), &stroke(row));
@@ -171,8 +167,8 @@ fn draw<'a>(
                     .copied()
                     .filter(|r| of(r) == *line)
                     .filter_map(|r| {
-                        let sd = layer.sd.and_then(|k| number(r, k)).unwrap_or(0.0);
-                        Some((number(r, layer.x)?, number(r, layer.y)?, sd, r))
+                        let sd = layer.sd.and_then(|k| r.number(k)).unwrap_or(0.0);
+                        Some((r.number(layer.x)?, r.number(layer.y)?, sd, r))
                     })
                     .collect();
                 rows.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -191,7 +187,7 @@ fn draw<'a>(
         LayerLook::Ellipse => {
             let Some(c) = layer.sd else { return };
             for row in rows.iter().copied() {
-                let all = [layer.x, layer.y, c - 2, c - 1, c].map(|k| number(row, k));
+                let all = [layer.x, layer.y, c - 2, c - 1, c].map(|k| row.number(k));
                 let [Some(x), Some(y), Some(xx), Some(yy), Some(xy)] = all else { continue };
                 let sizes: &[f64] = if rows.len() > FEW { &[1.0] } else { &[1.0, 2.0] };
                 for &size in sizes {

@@ -29,7 +29,7 @@ impl Groups {
         let axis = layers().find(|l| l.frame == 0 && l.look == LayerLook::Dots).map(|l| l.x)?;
         let others = others(frame, factors, axis);
         let key = |row: &FrameRow, columns: &[usize]| -> Values {
-            columns.iter().map(|k| row.values.get(*k).copied().flatten().map(f64::to_bits)).collect()
+            columns.iter().map(|k| row.number(*k).map(f64::to_bits)).collect()
         };
         let count =
             |columns: &[usize]| frame.rows.iter().map(|r| key(r, columns)).collect::<BTreeSet<_>>().len();
@@ -52,8 +52,7 @@ impl Groups {
             return None;
         }
         let mut rows: Vec<&FrameRow> = frame.rows.iter().collect();
-        let value =
-            |row: &FrameRow, k: usize| row.values.get(k).copied().flatten().unwrap_or(f64::NEG_INFINITY);
+        let value = |row: &FrameRow, k: usize| row.number(k).unwrap_or(f64::NEG_INFINITY);
         rows.sort_by(|a, b| {
             let compared = telling.iter().map(|&k| value(a, k).total_cmp(&value(b, k)));
             compared.fold(std::cmp::Ordering::Equal, std::cmp::Ordering::then)
@@ -106,11 +105,7 @@ pub(super) fn factors_of(frame: &Frame, row: &FrameRow, columns: &[usize]) -> St
         let column = &frame.columns[k];
         let unit = if column.unit == "1" { String::new() } else { format!(" {}", column.unit) };
         let called = symbol(&column.name);
-        row.values
-            .get(k)
-            .copied()
-            .flatten()
-            .map_or(format!("no {called}"), |v| format!("{called} = {v}{unit}"))
+        row.number(k).map_or(format!("no {called}"), |v| format!("{called} = {v}{unit}"))
     };
     columns.iter().map(part).collect::<Vec<_>>().join(", ")
 }

@@ -62,8 +62,7 @@ impl Series {
         let mut keys: Vec<Key> = Vec::new();
         let all = || answer.panels.iter().flat_map(|p| &p.layers);
         let dots = || all().filter(|l| l.look == LayerLook::Dots);
-        let number = |row: &FrameRow, k: usize| row.values.get(k).copied().flatten();
-        let is_there = |l: &Layer| l.rows(&answer.frames[l.frame]).any(|r| number(r, l.y).is_some());
+        let is_there = |l: &Layer| l.rows(&answer.frames[l.frame]).any(|r| r.number(l.y).is_some());
         let has_bars = dots().any(|l| l.sd.is_some() && is_there(l));
         let in_ink = dots().any(|l| !is_coloured(l.look, answer) && is_there(l));
         let key = |mark, label: &str| Key { mark, label: label.to_owned() };
@@ -113,10 +112,9 @@ fn label(answer: &Answer, name: &str) -> String {
     let Some((frame, factors)) = own else { return name.to_owned() };
     let rows: Vec<&FrameRow> = frame.rows.iter().filter(|r| r.series == name).collect();
     let Some(first) = rows.first() else { return name.to_owned() };
-    let at = |row: &FrameRow, k: usize| row.values.get(k).copied().flatten();
     let tells = |k: &usize| {
-        rows.iter().all(|r| at(r, *k) == at(first, *k))
-            && frame.rows.iter().any(|r| at(r, *k) != at(first, *k))
+        rows.iter().all(|r| r.number(*k) == first.number(*k))
+            && frame.rows.iter().any(|r| r.number(*k) != first.number(*k))
     };
     let told: Vec<usize> = (0..factors).filter(tells).collect();
     if told.is_empty() { name.to_owned() } else { format!("{name}: {}", factors_of(frame, first, &told)) }
@@ -143,12 +141,11 @@ fn one_line(answer: &Answer, one: &str, other: &str) -> bool {
         && answer.panels.iter().all(|p| lines(p) > 0)
         && all.all(|layer| {
             let rows = || layer.rows(&answer.frames[layer.frame]);
-            let number = |row: &FrameRow, k: usize| row.values.get(k).copied().flatten();
-            let [low, high] = range(rows().filter_map(|r| number(r, layer.y)));
+            let [low, high] = range(rows().filter_map(|r| r.number(layer.y)));
             let near = |(a, b): (&FrameRow, &FrameRow)| {
-                let both = number(a, layer.y).zip(number(b, layer.y));
+                let both = a.number(layer.y).zip(b.number(layer.y));
                 a.mode == b.mode
-                    && number(a, layer.x) == number(b, layer.x)
+                    && a.number(layer.x) == b.number(layer.x)
                     && both.is_some_and(|(y, z)| (y - z).abs() <= ONE_LINE * (high - low))
             };
             let of = |series: &str| rows().filter(|r| r.series == series).collect::<Vec<_>>();

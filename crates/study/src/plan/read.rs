@@ -186,9 +186,9 @@ impl Plan {
             cost: cost.transpose()?,
             common_errors,
         };
-        let ids: Vec<String> = file.responses.iter().map(|s| s.get_ref().id.clone()).collect();
-        let ids: Vec<String> =
-            ids.into_iter().chain(file.stage.iter().map(|s| s.get_ref().id.clone())).collect();
+        let of_responses = file.responses.iter().map(|stage| stage.get_ref().id.clone());
+        let of_modes = file.stage.iter().map(|stage| stage.get_ref().id.clone());
+        let ids: Vec<String> = of_responses.chain(of_modes).collect();
         for stage in file.responses {
             let at = stage.span().start;
             let stage = stage.into_inner();

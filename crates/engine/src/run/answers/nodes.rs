@@ -21,7 +21,7 @@ impl MapNodes {
     /// Of the table that a layer of [`LayerLook::GrowthMap`](super::LayerLook::GrowthMap) draws.
     #[must_use]
     pub fn of(frame: &Frame, layer: &Layer) -> Self {
-        let number = |row: &FrameRow, k: usize| row.values.get(k).copied().flatten().unwrap_or(f64::NAN);
+        let number = |row: &FrameRow, k: usize| row.number(k).unwrap_or(f64::NAN);
         let axis = |k: usize| {
             let mut all: Vec<f64> =
                 frame.rows.iter().map(|r| number(r, k)).filter(|v| v.is_finite()).collect();
