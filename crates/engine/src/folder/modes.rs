@@ -2,7 +2,7 @@
 
 use super::case::{Chain, ModeCase};
 use crate::ModeDetails;
-use rijke_network::file::{Account, Scatter, by_the_rule_of_oscilos, scatter};
+use rijke_network::file::{Account, Scatter, by_the_rule_of_oscilos, moved_by_pieces, scatter};
 use rijke_network::{Advice, Mode, Modes};
 use rijke_numerics::{C64, Classify, Failed, Tell};
 use rijke_rig::files::csv_table;
@@ -60,6 +60,10 @@ pub struct ModeLine {
     /// What the noise of measured tables does to it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub by_noise_of_tables: Option<ByNoise>,
+    /// By how much its frequency (Hz) and growth rate (1/s) move in twice as many pieces of slopes, cones and
+    /// spread flames, where the network has such.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub by_twice_as_many_pieces: Option<[f64; 2]>,
 }
 
 /// What the noise of measured tables does to a mode.
@@ -94,6 +98,16 @@ impl ModeCase {
                     "warning: {path}: the mode at {:.2} Hz may be one of the noise of a measured table: of {} tables drawn with that noise {} have it; look \
                      whether the tolerance is two to three times the error of a row, and measure more rows there",
                     line.frequency_hz, by.draws, by.found
+                ));
+            }
+        }
+        for (line, by) in lines.iter_mut().zip(self.by_pieces(&found)?) {
+            line.by_twice_as_many_pieces = by.map(|by| [by.im / (2.0 * PI), by.re]);
+            if by.is_none() {
+                tell.note(format!(
+                    "warning: {path}: the mode at {:.2} Hz is not there in twice as many pieces of slopes, cones and spread flames: give these ducts and \
+                     flames more `pieces`",
+                    line.frequency_hz
                 ));
             }
         }
@@ -143,7 +157,18 @@ impl ModeCase {
             by_elements: account.elements,
             by_the_rule_of_oscilos: ruled.map(|s| [s.im / (2.0 * PI), s.re]),
             by_noise_of_tables: None,
+            by_twice_as_many_pieces: None,
         })
+    }
+
+    /// By how much each mode moves in twice as many pieces; nothing where no pieces stand for what varies.
+    fn by_pieces(&self, modes: &Modes) -> Result<Vec<Option<C64>>, Failed> {
+        let Chain::File(built, text) = &self.chain else { return Ok(Vec::new()) };
+        if !built.in_pieces {
+            return Ok(Vec::new());
+        }
+        let places: Vec<C64> = modes.modes.iter().map(|mode| mode.s).collect();
+        moved_by_pieces(text, &places).or_bad_input().map_err(|failure| failure.at(&self.path))
     }
 
     /// What the noise of measured tables does to each mode; nothing where no table of a network file has any.

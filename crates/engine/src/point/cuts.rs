@@ -86,24 +86,18 @@ pub(super) fn segments(conditions: &Conditions, edges: &[f64]) -> Vec<Piece> {
     stretches.iter().map(piece).collect()
 }
 
-/// Two halves of an element, of the element's gas, whose densities have the first moment of the gas along the
-/// element as well as its mean.
-///
-/// With one density an element is of second order in its length: what is left out is the commutator of its
-/// ends, that is the first moment of the density, as the compressibility hardly varies at uniform pressure.
-/// The density of two halves that differ by D has a moment of D h^2/8, a linear profile whose halves differ
-/// by D one of D h^2/6: hence 4/3 of the difference, and fourth order. It stays positive where the halves
-/// differ by less than a factor of seven.
+/// Two halves of an element, of the element's gas, which have the first moments of the gas along it as well as
+/// its means ([`Segment::with_first_moment`]; the area cancels).
 fn halves(base: &PointState, from: f64, to: f64) -> [GasStretch; 2] {
     let middle = 0.5 * (from + to);
-    let [lower, upper] = [base.stretch(from, middle), base.stretch(middle, to)];
-    let mean = 0.5 * (lower.density + upper.density);
+    let parts = [base.stretch(from, middle), base.stretch(middle, to)];
+    let mean = 0.5 * (parts[0].density + parts[1].density);
     let gas = base.gas_beside(middle, 0);
     let gas = gas.at(base.pressure / (gas.constant() * mean), base.pressure);
-    let apart = 2.0 / 3.0 * (upper.density - lower.density);
-    [(lower, -apart), (upper, apart)].map(|(part, apart)| {
-        let density = mean + apart;
-        let compliance = 1.0 / (part.density * part.sound_speed.powi(2));
-        GasStretch { density, sound_speed: (density * compliance).sqrt().recip(), gas, ..part }
+    let halves = parts.map(|part| Segment::new(part.to - part.from, 1.0, part.sound_speed, part.density));
+    let halves = Segment::with_first_moment(halves);
+    std::array::from_fn(|k| {
+        let Segment { density, sound_speed, .. } = halves[k];
+        GasStretch { density, sound_speed, gas, ..parts[k] }
     })
 }

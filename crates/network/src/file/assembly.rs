@@ -67,9 +67,15 @@ pub(super) struct Assembly<'a> {
     pub(super) devices: Vec<(usize, String)>,
     pub(super) tables: Vec<(Item, Table)>,
     pub(super) redraw: Option<Redraw<'a>>,
+    /// Whether the file has a mean flow.
+    pub(super) flows: bool,
+    /// How many times more pieces than the file says its ducts have.
+    pub(super) finer: usize,
     /// Of a file whose flow carries entropy waves: what carries them.
     pub(super) carried: Option<Carried>,
     pub(super) passive: bool,
+    /// Whether pieces stand for what varies along a duct.
+    pub(super) in_pieces: bool,
     pub(super) warnings: Vec<Warning>,
 }
 
@@ -89,8 +95,8 @@ impl Carried {
 
     /// How many pieces resolve the entropy waves that a temperature between `coldest` and `hottest` (K) makes
     /// along a `length` (m) of the largest area `area` (m^2), where `first` has temperature (K), area and
-    /// sound speed of the first duct. Steps radiate together where a wave turns by more than a fraction from
-    /// one to the next, which a slope does not.
+    /// sound speed of the first duct. Where the phase of a wave turns far from one step to the next, what the
+    /// steps radiate together is not what the slope does.
     pub(super) fn pieces(
         &self,
         length: f64,

@@ -4,9 +4,10 @@ use super::assembly::{Assembly, Attached, Carried, Redraw};
 use super::error::FileError;
 use super::item::{Item, line_of, line_of_table};
 use super::layout::{Placed, SAME, place};
+use super::odd::{at_rest, overlapping, twins};
 use super::problem::ElementProblem;
 use super::row::in_a_row;
-use super::schema::{Element, File};
+use super::schema::{Element, File, Gas};
 use super::sizes::Sizes;
 use super::spread::{Along, Spread};
 use super::warning::Warning;
@@ -39,29 +40,33 @@ pub struct Built {
     /// The frequency from which on a higher mode is cut on in one of its ducts, Hz: above, the sound is not
     /// in plane waves alone.
     pub plane_below_hz: f64,
+    /// Whether pieces stand for a slope, a cone or a spread flame: its modes are as good as these are fine
+    /// ([`super::moved_by_pieces`]).
+    pub in_pieces: bool,
     /// The tables as they were fitted, in the order in which they were met.
     pub(super) tables: Vec<Table>,
     /// What is doubtful but possible.
     pub warnings: Vec<Warning>,
 }
 
-/// With every table drawn anew within its noise, if `redraw` says so.
-pub(super) fn build(text: &str, file: &File, redraw: Option<Redraw<'_>>) -> Result<Built, FileError> {
+/// How a file is read: [`Default`] is as it says.
+pub(super) struct Reading<'a> {
+    /// Draws every table anew within its noise.
+    pub(super) redraw: Option<Redraw<'a>>,
+    /// How many times more pieces than the file says ducts and flames are cut into.
+    pub(super) finer: usize,
+}
+
+impl Default for Reading<'_> {
+    fn default() -> Self {
+        Self { redraw: None, finer: 1 }
+    }
+}
+
+pub(super) fn build(text: &str, file: &File, reading: Reading<'_>) -> Result<Built, FileError> {
     let gas = &file.gas;
     let head = Item { line: line_of_table(text, "gas"), place: "[gas]".to_owned() };
-    for (key, value) in [
-        ("temperature", gas.temperature),
-        ("pressure", gas.pressure),
-        ("gamma", gas.gamma),
-        ("gas_constant", gas.gas_constant),
-        ("viscosity", gas.viscosity),
-        ("prandtl", gas.prandtl),
-    ] {
-        head.positive(key, value)?;
-    }
-    if gas.gamma <= 1.0 {
-        return Err(head.fail(ElementProblem::Gamma { value: gas.gamma }));
-    }
+    check(gas, &head)?;
     let region = region(text, file)?;
     let (mut placed, length) = place(text, &file.element)?;
     let ducts = placed.iter().take_while(|p| p.is_duct()).count();
@@ -69,7 +74,9 @@ pub(super) fn build(text: &str, file: &File, redraw: Option<Redraw<'_>>) -> Resu
     let sizes = Sizes::of(gas, &region);
     let carrying = file.flow.as_ref().filter(|flow| flow.entropy_waves);
     let carried = carrying.map(|flow| Carried { flow: [flow.mach, flow.velocity], omega: region.omega[1] });
-    let twins = twins(&placed[ducts..], length);
+    let mut warnings = sizes.doubtful(&head, gas, &placed);
+    warnings.extend(twins(&placed[ducts..], length));
+    warnings.extend(overlapping(&placed[ducts..]));
     let mut assembly = Assembly {
         gas,
         segments: Vec::new(),
@@ -83,18 +90,22 @@ pub(super) fn build(text: &str, file: &File, redraw: Option<Redraw<'_>>) -> Resu
         places: Vec::new(),
         devices: Vec::new(),
         tables: Vec::new(),
-        redraw,
+        redraw: reading.redraw,
+        flows: file.flow.is_some(),
+        finer: reading.finer,
         carried,
         passive: true,
-        warnings: sizes.doubtful(&head, gas, &placed).into_iter().chain(twins).collect(),
+        in_pieces: false,
+        warnings,
     };
     let spread = |p: &Placed| match &p.element {
-        Element::Flame(flame) => Spread::of(&p.item, flame, p.x, length),
+        Element::Flame(flame) => Spread::of(&p.item, flame, p.x, length, reading.finer),
         _ => Ok(None),
     };
     let spreads: Vec<Option<Spread>> = placed.iter().map(spread).collect::<Result<_, _>>()?;
     let mut cuts: Vec<f64> = placed.iter().filter(|p| !p.is_duct()).map(|p| p.x).collect();
     for flame in spreads.iter().flatten() {
+        assembly.in_pieces = true;
         cuts.extend(flame.sources.iter().map(|source| source[0]).chain([flame.end]));
     }
     for (owner, duct) in placed.iter().enumerate().filter(|(_, p)| p.is_duct()) {
@@ -125,12 +136,7 @@ pub(super) fn build(text: &str, file: &File, redraw: Option<Redraw<'_>>) -> Resu
         }
     }
     if file.flow.is_none() {
-        for Placed { item, element, .. } in &placed {
-            if let Element::Screen { loss: Some(_), .. } = element {
-                let why = "it is the loss of a mean flow, and the file has no [flow]";
-                assembly.warnings.push(Warning::idle(item, "loss", why, "give [flow], or `resistance`"));
-            }
-        }
+        assembly.warnings.extend(at_rest(&placed));
     }
     let line = line_of_table(text, "flow");
     let flow = file.flow.as_ref().map(|flow| assembly.flow(line, flow, &placed)).transpose()?;
@@ -146,20 +152,7 @@ pub(super) fn build(text: &str, file: &File, redraw: Option<Redraw<'_>>) -> Resu
         let item = Item { line: line_of(text, table.span().start), place: place.to_owned() };
         ends.push(assembly.end(item, table.get_ref().clone(), k, machs.map(|m| m[k]), &region)?);
     }
-    let mut tables = Vec::new();
-    for (item, table) in std::mem::take(&mut assembly.tables) {
-        let [low, high] = table.range;
-        tables.push(table);
-        if region.omega[0] < low * (1.0 - 1e-9) || region.omega[1] > high * (1.0 + 1e-9) {
-            let [low_hz, high_hz] = [low, high].map(|w| w / (2.0 * PI));
-            let Item { line, place } = item;
-            let beyond = Warning::Extrapolation { line, place, low_hz, high_hz };
-            // A flame that hears elsewhere has its table in two laws.
-            if !assembly.warnings.contains(&beyond) {
-                assembly.warnings.push(beyond);
-            }
-        }
-    }
+    let tables = assembly.fitted(&region);
     let flow = flow.map(|chain| {
         assembly.passive = false;
         let closed = ends.iter().map(|(law, choked)| {
@@ -189,22 +182,45 @@ pub(super) fn build(text: &str, file: &File, redraw: Option<Redraw<'_>>) -> Resu
         actors,
         passive: assembly.passive,
         plane_below_hz,
+        in_pieces: assembly.in_pieces,
         tables,
         warnings: assembly.warnings,
     })
 }
 
-/// A warning of every resonator that equals one before it at its place. Their admittances have one pole, of
-/// which only one state answers to the pressure in the duct.
-fn twins(devices: &[Placed], length: f64) -> Vec<Warning> {
-    let rings = |p: &Placed| matches!(p.element, Element::Helmholtz { .. } | Element::QuarterWave { .. });
-    let twin = |(k, p): (usize, &Placed)| {
-        let same = |o: &&Placed| rings(o) && (o.x - p.x).abs() <= SAME * length && o.element == p.element;
-        let other = devices[..k].iter().rev().find(same)?;
-        let (line, place) = (p.item.line, p.item.place.clone());
-        Some(Warning::Twin { line, place, other: other.item.place.clone() })
-    };
-    devices.iter().enumerate().filter(|(_, p)| rings(p)).filter_map(twin).collect()
+/// Refuses numbers that no gas has.
+fn check(gas: &Gas, head: &Item) -> Result<(), FileError> {
+    for (key, value) in [
+        ("temperature", gas.temperature),
+        ("pressure", gas.pressure),
+        ("gamma", gas.gamma),
+        ("gas_constant", gas.gas_constant),
+        ("viscosity", gas.viscosity),
+        ("prandtl", gas.prandtl),
+    ] {
+        head.positive(key, value)?;
+    }
+    if gas.gamma > 1.0 { Ok(()) } else { Err(head.fail(ElementProblem::Gamma { value: gas.gamma })) }
+}
+
+impl Assembly<'_> {
+    /// The tables as they were fitted, and a warning of each that does not reach as far as the search.
+    fn fitted(&mut self, region: &Region) -> Vec<Table> {
+        let mut tables = Vec::new();
+        for (Item { line, place }, table) in std::mem::take(&mut self.tables) {
+            let [low, high] = table.range;
+            tables.push(table);
+            if region.omega[0] < low * (1.0 - 1e-9) || region.omega[1] > high * (1.0 + 1e-9) {
+                let [low_hz, high_hz] = [low, high].map(|w| w / (2.0 * PI));
+                let beyond = Warning::Extrapolation { line, place, low_hz, high_hz };
+                // A flame that hears elsewhere has its table in two laws.
+                if !self.warnings.contains(&beyond) {
+                    self.warnings.push(beyond);
+                }
+            }
+        }
+        tables
+    }
 }
 
 fn region(text: &str, file: &File) -> Result<Region, FileError> {

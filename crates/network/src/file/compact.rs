@@ -4,6 +4,7 @@ use super::assembly::Flame;
 use super::assembly::{Assembly, Attached, Role};
 use super::error::FileError;
 use super::item::Item;
+use super::odd::growing;
 use super::problem::ElementProblem;
 use super::schema;
 use super::schema::{Coefficient, Direction, Element, Outlet, Transfer};
@@ -267,6 +268,7 @@ impl Assembly<'_> {
             reference_side,
             ..
         } = flame;
+        self.warnings.extend(growing(item, numerator, denominator, *cutoff_hz));
         let reference = item.not_negative("reference", *reference)?;
         let (before, after) = (place.saturating_sub(1), place.min(self.segments.len() - 1));
         let downstream = *reference_side == Direction::Downstream;

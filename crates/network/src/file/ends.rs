@@ -3,6 +3,7 @@
 use super::assembly::Assembly;
 use super::error::FileError;
 use super::item::Item;
+use super::odd::{growing, matched, thick_wall, turned};
 use super::problem::ElementProblem;
 use super::ranges::{blown_through, drawn_in};
 use super::schema::{End, Transfer};
@@ -40,6 +41,7 @@ impl Assembly<'_> {
         let mut is_mouth = false;
         let delay =
             table.get("delay").and_then(|v| v.as_float().or_else(|| v.as_integer().map(|v| v as f64)));
+        let said_nothing = table.len() == 1;
         let law = match item.parse(table)? {
             End::Open {} => {
                 is_mouth = true;
@@ -63,12 +65,14 @@ impl Assembly<'_> {
             }
             End::Unflanged { wall_thickness, calibration } => {
                 let thickness = item.not_negative("wall_thickness", wall_thickness)?;
+                self.warnings.extend(thick_wall(&item, thickness, radius));
                 let correction = thick_wall_correction(radius, thickness);
                 is_mouth = calibration.is_none();
                 let law = Law::Unflanged { radius, sound_speed, correction };
                 match calibration {
                     Some([modulus, angle]) => {
                         item.positive("calibration", modulus)?;
+                        self.warnings.extend(turned(&item, angle));
                         Law::Scaled(Box::new(law), C64::from_polar(modulus, angle))
                     }
                     None => law,
@@ -98,9 +102,11 @@ impl Assembly<'_> {
             }
             End::Impedance { numerator, denominator, delay, table, tolerance } => {
                 let shape = Transfer { table, tolerance, ..function(delay, &numerator, &denominator) };
+                self.warnings.extend(said_nothing.then(|| matched(&item)));
                 Law::Impedance(Box::new(self.function(&item, &shape, 1.0)?))
             }
             End::Rational { numerator, denominator, delay } => {
+                self.warnings.extend(growing(&item, &numerator, &denominator, None));
                 self.function(&item, &function(delay, &numerator, &denominator), 1.0)?
             }
             End::Table { table, tolerance, gain, delay } => {

@@ -1,6 +1,6 @@
 //! From the text of a file to a network.
 
-use super::build::{Built, build};
+use super::build::{Built, Reading, build};
 use super::error::FileError;
 use super::schema::File;
 
@@ -29,5 +29,5 @@ use super::schema::File;
 /// [`FileError`], which names the line or the element, by index and name, and the remedy.
 pub fn read(text: &str) -> Result<Built, FileError> {
     let file: File = toml::from_str(text).map_err(|error| FileError::syntax(&error))?;
-    build(text, &file, None)
+    build(text, &file, Reading::default())
 }

@@ -28,12 +28,14 @@ pub(super) struct Spread {
 }
 
 impl Spread {
-    /// Of a flame that begins at `x` of a tube of this length; none if it is compact.
+    /// Of a flame that begins at `x` of a tube of this length, in so many times more pieces than it has by
+    /// its file; none if it is compact.
     pub(super) fn of(
         item: &Item,
         flame: &schema::Flame,
         x: f64,
         tube: f64,
+        finer: usize,
     ) -> Result<Option<Self>, FileError> {
         let schema::Flame { length, pieces, density, delay, delay_end, .. } = flame;
         let Some(length) = *length else {
@@ -60,6 +62,7 @@ impl Spread {
         if !(1..=1000).contains(&count) {
             return Err(item.fail(ElementProblem::Range { key: "pieces", value: count, low: 1, high: 1000 }));
         }
+        let count = finer * count;
         let delays = [*delay, item.not_negative("delay_end", delay_end.unwrap_or(*delay))?];
         let density = density.as_deref().unwrap_or(&[1.0]);
         for value in density {

@@ -170,7 +170,7 @@ fn exact_all_four_pairs_of_ideal_ends() {
 }
 
 #[test]
-fn order_temperature_slopes_are_of_second_order_at_ends_and_flames() {
+fn order_temperature_slopes_are_of_fourth_order_at_rest_and_of_second_in_a_flow() {
     let ends = [
         ["type = 'unflanged'", "type = 'flanged'"],
         ["type = 'constant'\nmodulus = 0.7\nangle = 2.5", "type = 'impedance'\nnumerator = [0.4, 1e-4]"],
@@ -187,18 +187,20 @@ fn order_temperature_slopes_are_of_second_order_at_ends_and_flames() {
     };
     for flow in ["", "[flow]\nvelocity = 0.5\nentropy_waves = false\n"] {
         for pair in ends {
-            let found = [20, 40, 80, 160].map(|pieces| modes(&text(pair, pieces, flow)));
+            let coarsest = if flow.is_empty() { 5 } else { 20 };
+            let found = [1, 2, 4, 8].map(|k| modes(&text(pair, k * coarsest, flow)));
             assert!(found.iter().all(|f| f.len() == found[0].len()) && found[0].len() >= 2);
             for k in 0..found[0].len() {
                 let steps: Vec<f64> = found.windows(2).map(|w| (w[1][k] - w[0][k]).norm()).collect();
                 // 0.2 1/s at 40 pieces when ends took the gas of the middle of the last piece.
-                assert!(k > 0 || steps[1] + steps[2] < 0.02, "{flow} {k}: {steps:?}");
+                let left = if flow.is_empty() { 2e-4 } else { 0.02 };
+                assert!(k > 0 || steps[1] + steps[2] < left, "{flow} {k}: {steps:?}");
                 for pair in steps.windows(2) {
                     let order = (pair[0] / pair[1]).log2();
                     // Entropy waves that are lost in every piece are lost sooner in short ones: of first
                     // order in the Mach number times the length of the pieces.
-                    let least = if flow.is_empty() { 1.8 } else { 1.6 };
-                    assert!((least..2.3).contains(&order), "{flow} {k}: order {order} of {steps:?}");
+                    let orders = if flow.is_empty() { 3.6..4.5 } else { 1.6..2.3 };
+                    assert!(orders.contains(&order), "{flow} {k}: order {order} of {steps:?}");
                 }
             }
         }

@@ -24,6 +24,7 @@ mod holes;
 mod invariances;
 mod mean_flow;
 mod oscilos;
+mod pieces;
 mod ranges;
 mod refusals;
 mod row;

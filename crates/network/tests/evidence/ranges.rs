@@ -192,3 +192,44 @@ fn behaviour_a_baffle_beyond_its_series_is_no_number() {
     assert!(r(250.0).unwrap()[1].1[0].norm() < 1.0);
     assert!(r(700.0).unwrap_err().to_string().contains("not finite"));
 }
+
+#[test]
+fn message_elements_and_ends_at_odds_with_themselves_are_said() {
+    let hole =
+        |at: f64| format!("[[element]]\ntype = 'side-hole'\nat = {at}\ndiameter = 0.02\nlength = 0.003\n");
+    let holes = |apart: f64| hole(0.2) + &hole(0.2 + apart);
+    let flame = |more: &str| format!("[[element]]\ntype = 'flame'\ngain = 0.1\ndelay = 1e-3\n{more}");
+    let end = |keys: &str| tube("", "diameter = 0.1", "").replace("'unflanged'", keys);
+    let with = |element: &str| tube("", "diameter = 0.1", element);
+    for (text, said) in [
+        (
+            with(&holes(0.015)),
+            Some("it is 0.0150 m from element 2 (side-hole), less than the sum of their radii"),
+        ),
+        (with(&holes(0.025)), None),
+        (with(&flame("numerator = [1, 2e-3]")), Some("it grows without end with the frequency")),
+        (with(&flame("numerator = [1, 2e-3]\ncutoff_hz = 200")), None),
+        (with(&flame("numerator = [1, 2e-3]\ndenominator = [1, 1e-3, 1e-7]")), None),
+        (
+            end("'rational'\nnumerator = [0.1, 1e-5]\ndenominator = [1]"),
+            Some("its numerator is of degree 1 in s"),
+        ),
+        (end("'impedance'"), Some("write `anechoic`")),
+        (end("'impedance'\nnumerator = [0.1, 1e-4]"), None),
+        (end("'unflanged'\nwall_thickness = 3"), Some("wall_thickness is 3.00 m, 60.0 radii of the mouth")),
+        (end("'unflanged'\ncalibration = [1, 3]"), Some("if these are degrees, write 0.0524")),
+        (end("'unflanged'\ncalibration = [0.99, 0.05]\nwall_thickness = 0.01"), None),
+        (
+            with("[[element]]\ntype = 'screen'\nopen_area = 0.4\nresistance = 20"),
+            Some("open_area has no effect"),
+        ),
+    ] {
+        let warnings = read(&text).unwrap().warnings;
+        match said {
+            Some(said) => {
+                assert!(warnings.iter().any(|w| w.to_string().contains(said)), "{said}: {warnings:?}")
+            }
+            None => assert!(warnings.is_empty(), "{text}: {warnings:?}"),
+        }
+    }
+}

@@ -104,7 +104,7 @@ fn order_spread_flames_in_slow_flow_tend_to_those_at_rest() {
              type = 'constant'\nmodulus = 0.9\nangle = 3.0\n[[element]]\ntype = 'duct'\nlength = 0.3\ndiameter = 0.05\n\
              wall = 'kirchhoff'\n[[element]]\ntype = 'flame'\n{heat}\ndelay = 1e-3\ndelay_end = 2e-3\nlength = 0.2\n\
              pieces = 8\nreference = {reference}\n[[element]]\ntype = 'duct'\nlength = 0.2\ndiameter = 0.05\n\
-             diameter_end = 0.06\ntemperature_end = 900\npieces = 8\n[[element]]\ntype = 'duct'\nlength = 0.4\n\
+             diameter_end = 0.06\ntemperature_end = 900\npieces = 400\n[[element]]\ntype = 'duct'\nlength = 0.4\n\
              diameter = 0.06\ntemperature = 900\n"
         );
         let rest = modes(&text);

@@ -259,12 +259,13 @@ const solver = (model) => {
     rho /= to - from;
     return { from, to, rho, compliance: compliance / (to - from), gas: gasAt(pressure / (gas.constant * rho)) };
   };
-  // An element as two halves whose densities have the first moment of the gas along it (crates/engine, point/cuts.rs).
+  // An element as two halves that have the first moments of the gas along it (crates/engine, point/cuts.rs).
   const halves = (c, from, to) => {
     const middle = 0.5 * (from + to), [lower, upper] = [stretch(c, from, middle), stretch(c, middle, to)];
     const mean = 0.5 * (lower.rho + upper.rho), own = gasAt(pressure / (gas.constant * mean));
-    const apart = 2 / 3 * (upper.rho - lower.rho);
-    return [[lower, -apart], [upper, apart]].map(([part, more]) => ({ ...part, rho: mean + more, gas: own }));
+    const apart = (key) => 2 / 3 * (upper[key] - lower[key]), mid = (key) => 0.5 * (lower[key] + upper[key]);
+    const half = (part, sign) => ({ ...part, rho: mean + sign * apart('rho'), compliance: mid('compliance') + sign * apart('compliance'), gas: own });
+    return [half(lower, -1), half(upper, 1)];
   };
   const areaAt = ({ span, area: [a, b] }, x) => {
     const share = Math.min(Math.max((x - span[0]) / (span[1] - span[0]), 0), 1), [start, end] = [Math.sqrt(a), Math.sqrt(b)];

@@ -6,6 +6,9 @@ use rijke_network::Advice;
 use rijke_numerics::words::counted;
 use std::f64::consts::PI;
 
+/// What modes move by in more pieces is shown from here on, Hz and 1/s.
+const SHOWN: f64 = 0.01;
+
 pub(super) fn table(case: &ModeCase, found: &FoundModes, ui: &Ui) {
     let [low, high] = case.region.omega.map(|w| w / (2.0 * PI));
     let [left, right] = case.region.sigma;
@@ -57,6 +60,20 @@ pub(super) fn table(case: &ModeCase, found: &FoundModes, ui: &Ui) {
         if !noisy.is_empty() {
             ui.say(format!("By the noise of measured tables (standard deviations): {}.", noisy.join(", ")));
         }
+    }
+    let moved = |l: &ModeLine| l.by_twice_as_many_pieces.unwrap_or_default();
+    if lines.iter().any(|l| moved(l).iter().any(|by| by.abs() > SHOWN)) {
+        let all: Vec<String> = lines
+            .iter()
+            .map(|l| (l, moved(l)))
+            .map(|(l, [frequency, growth])| {
+                format!("{:.2} Hz by {frequency:+.3} Hz and {growth:+.3} 1/s", l.frequency_hz)
+            })
+            .collect();
+        ui.say(format!(
+            "With twice as many pieces for slopes, cones and spread flames the modes would be elsewhere: {}. If that is too much, give these ducts and flames more `pieces`.",
+            all.join(", ")
+        ));
     }
     let poles = if found.poles > 0 {
         format!(", {} of the laws excluded", counted(found.poles, "pole"))
