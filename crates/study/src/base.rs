@@ -1,6 +1,6 @@
 //! The state of the gas at an operating point: temperature along the ducts, mass flow, and their errors.
 
-use crate::rig::{Duct, DuctAt, GasModel, Rig, RigAtPoint, Shape};
+use crate::rig::{Duct, DuctAt, GasModel, Rig, RigAtPoint, Shape, Value};
 use crate::{Cause, Point, StudyProblem};
 use rijke_numerics::words::precise;
 use rijke_rig::GasState;
@@ -117,12 +117,21 @@ impl PointState {
         }
         for duct in &layout.ducts {
             let part = &rig.parts[duct.part];
-            let Shape::Duct(Duct { temperature_sd: sd, .. }) = part.shape else { continue };
-            if sd > 0.0 {
-                let own = |d: &DuctAt| {
-                    vec![if d.part == duct.part { sd } else { 0.0 }; d.temperatures.len().max(2)]
-                };
-                let change = layout.ducts.iter().flat_map(own).collect();
+            let Shape::Duct(Duct { temperature_sd: sd, temperatures, .. }) = &part.shape else { continue };
+            // Gas that a factor heats is not wrong by more than it is heated: cold points are as the ambient.
+            let of_node = |value: &Value, kelvin: f64| match value {
+                Value::Number(_) => *sd,
+                _ => sd.min((kelvin - ambient[0]).abs()),
+            };
+            let own = |d: &DuctAt| {
+                let n = d.temperatures.len().max(2);
+                let nodes: Vec<f64> =
+                    temperatures.iter().zip(&d.temperatures).map(|(v, t)| of_node(v, *t)).collect();
+                let node = |k: usize| nodes.get(k).or(nodes.last()).copied().unwrap_or(0.0);
+                if d.part == duct.part { (0..n).map(node).collect() } else { vec![0.0; n] }
+            };
+            let change: Vec<f64> = layout.ducts.iter().flat_map(own).collect();
+            if change.iter().any(|sd| *sd > 0.0) {
                 state.errors.push(error(Cause::Part(part.name.clone()), change));
             }
         }

@@ -2,7 +2,7 @@
 
 use super::course::{Chosen, Run};
 use rijke_numerics::words::{quantity, with_sd};
-use rijke_study::{Cause, Factor};
+use rijke_study::{Cause, Duct, Factor, Part, Shape};
 use std::collections::BTreeSet;
 
 /// An error whose standard deviation is a larger part of the stated one than this is as it was stated.
@@ -42,8 +42,8 @@ impl Run {
         self.study.campaign.factors.iter().filter_map(one).collect()
     }
 
-    /// The errors of factors that all points share (`common_errors`), each in a sentence, where the data tell
-    /// them.
+    /// The errors of factors (`common_errors`) and of ducts (`temperature_sd`) that all points share, each in a
+    /// sentence, where the data tell them.
     pub(super) fn meters(&self, found: &Chosen) -> Vec<String> {
         let (posterior, campaign) = (found.trained.posterior(), &self.study.campaign);
         let one = |name: &String| {
@@ -63,6 +63,19 @@ impl Run {
                 )
             })
         };
-        self.study.plan.common_errors.iter().filter_map(one).collect()
+        let of_part = |part: &Part| {
+            let Shape::Duct(Duct { temperature_sd: stated, .. }) = &part.shape else { return None };
+            let [error, sd] = posterior.error_of(&Cause::Part(part.name.clone()))?;
+            (sd < AS_STATED).then(|| {
+                format!(
+                    "the error of the temperature of {} that all points share is {} of `temperature_sd`, {}",
+                    part.name,
+                    with_sd(error, sd),
+                    quantity(error * stated, sd * stated, "K")
+                )
+            })
+        };
+        let factors = self.study.plan.common_errors.iter().filter_map(one);
+        factors.chain(self.study.rig.parts.iter().filter_map(of_part)).collect()
     }
 }

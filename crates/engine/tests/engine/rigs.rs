@@ -357,3 +357,35 @@ fn oracle_rigs_have_the_side_holes_and_screens_of_network_files() {
         }
     }
 }
+
+/// One error of a duct that all points share does not make the cold ones uncertain.
+#[test]
+fn exact_gas_that_a_factor_heats_is_wrong_by_no_more_than_it_is_heated() {
+    let hot = |temperature: &str| {
+        let rig = rig([
+            "2e-4",
+            "0.5",
+            "0.07",
+            &format!("{temperature}\ntemperature_end = 600\ntemperature_sd = 25"),
+        ]);
+        let table = "T_f [K],growth_rate,growth_rate_sd,frequency,frequency_sd\n293.15,-20,1,110,0.2\n300,-20,1,110,0.2\n\
+                     500,-20,1,110,0.2\n";
+        let [rig, table] = files("heated", &rig, table);
+        let study = OneTable::read(&rig, &table).unwrap().study().unwrap().0;
+        let errors = |point: &rijke_study::Point| {
+            let layout = study.rig.at(point, 293.15).unwrap();
+            let base = PointState::of_the_rig(&study.rig, &layout, point, [293.15, 0.0]);
+            let last = base.places.len() - 2;
+            base.errors.iter().map(|e| [e.temperature[last], e.temperature[last + 1]]).collect::<Vec<_>>()
+        };
+        study.campaign.points.iter().flat_map(errors).collect::<Vec<_>>()
+    };
+    let near = |found: Vec<[f64; 2]>, expected: [f64; 3]| {
+        assert_eq!(found.len(), 3);
+        for (found, expected) in found.iter().zip(expected) {
+            assert!((found[0] - expected).abs() < 1e-9 && found[1] == 25.0, "{found:?} {expected}");
+        }
+    };
+    near(hot("\"T_f\""), [0.0, 6.85, 25.0]);
+    near(hot("293.15"), [25.0; 3]);
+}

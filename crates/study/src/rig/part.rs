@@ -92,7 +92,8 @@ pub struct Duct {
     pub area: [Value; 2],
     /// Temperatures at equally spaced places, K; empty where the gas of the base state fills it.
     pub temperatures: Vec<Value>,
-    /// Standard deviation of these temperatures, K: one error that all points share.
+    /// Standard deviation of these temperatures, K: one error that all points share. A temperature that
+    /// depends on the point is wrong by no more than it differs from the ambient one.
     pub temperature_sd: f64,
     /// Ratio of specific heats and gas constant (J/(kg K)) where they are not those of the rig's gas.
     pub gas: Box<[Option<Value>; 2]>,
@@ -100,7 +101,7 @@ pub struct Duct {
     pub pieces: Option<usize>,
 }
 
-/// Pieces of a cone whose file does not say a number, as in a network file.
+/// Pieces of a cone whose file does not say a number.
 const PIECES_OF_A_CONE: usize = 160;
 
 impl Duct {
