@@ -64,7 +64,8 @@ impl Figure {
         let rows = self.panels.len().div_ceil(self.columns.max(1));
         let mut body = String::new();
         for (i, panel) in self.panels.iter().enumerate() {
-            let (row, column) = (i / self.columns, i % self.columns);
+            let columns = self.columns.max(1);
+            let (row, column) = (i / columns, i % columns);
             let (x, y) = (px(column as f64 * cell_width), px(row as f64 * cell_height));
             body += &format!("<g transform=\"translate({x} {y})\">{}</g>", panel.elements(self.note()));
         }

@@ -85,6 +85,16 @@ pub enum InferenceError {
         /// The size needed.
         expected: usize,
     },
+    /// A setting that no search can follow.
+    #[error("{name} is {value}: give {need}")]
+    Setting {
+        /// Its name.
+        name: &'static str,
+        /// Its value.
+        value: f64,
+        /// What is allowed.
+        need: &'static str,
+    },
     /// The number of given values is not the number of parameters.
     #[error("{found} starting values were given for {expected} numbers: give one for each")]
     StartSize {

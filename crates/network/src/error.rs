@@ -161,6 +161,18 @@ pub enum NetworkError {
         /// Length of the network, m.
         length: f64,
     },
+    /// No stretch of the network leads from one place to the other.
+    #[error(
+        "there is no way downstream from place {from} to place {to}: give the place upstream first; the network has places 0 to {segments}"
+    )]
+    Stretch {
+        /// Where it begins.
+        from: usize,
+        /// Where it ends.
+        to: usize,
+        /// Number of segments.
+        segments: usize,
+    },
     /// There is no such slot.
     #[error("{slot:?} does not exist: the network has segments 0 to {} and places 0 to {segments}", segments - 1)]
     Slot {

@@ -89,6 +89,9 @@ pub fn complex_eigenvalues(a: &[C64], size: usize) -> Result<Vec<C64>, DenseErro
     if a.iter().any(|z| !z.is_finite()) {
         return Err(failed);
     }
+    if size == 0 {
+        return Ok(Vec::new());
+    }
     Mat::from_fn(size, size, |i, j| a[i * size + j]).eigenvalues().map_err(|_| failed)
 }
 
@@ -114,6 +117,9 @@ pub fn symmetric_eigen(a: &Matrix) -> Result<(Vec<f64>, Matrix), DenseError> {
     let failed = DenseError::NoEigenvalues { size: a.rows() };
     if a.as_slice().iter().any(|x| !x.is_finite()) {
         return Err(failed);
+    }
+    if a.rows() == 0 {
+        return Ok((Vec::new(), a.clone()));
     }
     let eigen = a.to_faer().self_adjoint_eigen(Side::Lower).map_err(|_| failed)?;
     let (values, vectors) = (eigen.S(), eigen.U());
@@ -232,5 +238,13 @@ mod tests {
         let variances: Vec<f64> = directions.iter().map(|d| d.0).collect();
         assert_eq!(variances, [5.0, 2.0, 0.0]);
         assert_eq!(directions[0].1.iter().map(|v| v.abs()).collect::<Vec<_>>(), [0.0, 0.0, 1.0]);
+    }
+
+    #[test]
+    fn exact_nothing_has_no_eigenvalues() {
+        let nothing = Matrix::zeros(0, 0);
+        assert!(symmetric_eigen(&nothing).unwrap().0.is_empty());
+        assert!(principal_directions(&nothing).unwrap().is_empty());
+        assert!(complex_eigenvalues(&[], 0).unwrap().is_empty());
     }
 }

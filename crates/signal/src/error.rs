@@ -264,6 +264,18 @@ pub enum Fault {
         /// Where the mode was sought, Hz.
         band_hz: (f64, f64),
     },
+    /// Nothing in the band can be fitted, and the record sounds above it.
+    #[error(
+        "most of the sound is at {found_hz:.1} Hz, and the mode is sought from {:.0} to {:.0} Hz: state the band of the wanted mode, as \
+         `band_hz` in the manifest or with --band, or correct the sampling rate",
+        band_hz.0, band_hz.1
+    )]
+    RingsOutside {
+        /// Frequency of the loudest line, Hz.
+        found_hz: f64,
+        /// Where the mode was sought, Hz.
+        band_hz: (f64, f64),
+    },
     /// What decays in the band is not what was driven.
     #[error(
         "the loudspeaker drives {driven_hz:.1} Hz, and the strongest decay from {:.0} to {:.0} Hz is at {mode_hz:.1} Hz: state the \

@@ -72,8 +72,13 @@ pub(super) fn doubts(
         let scatter = (there.iter().map(|t| (t.1 - mean(&t.0.mode.label)).powi(2)).sum::<f64>() / n).sqrt();
         // Repeats of one point do not ask for an explanation.
         if floats[k] && scatter > MANY * sd && misfit[k] > MANY * sd && misfit[k] > NOTHING * scatter {
+            let how = if misfit[k] < scatter {
+                "is nearly as large as their scatter"
+            } else {
+                "is no smaller than their scatter"
+            };
             all.push(format!(
-                "the misfit of {what} ({}) is no smaller than their scatter ({}): the model explains none of it; check units, signs and priors",
+                "the misfit of {what} ({}) {how} ({}): the model explains nearly none of it; check units, signs and priors",
                 shown(misfit[k]),
                 shown(scatter)
             ));

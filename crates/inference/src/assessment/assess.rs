@@ -130,7 +130,7 @@ impl Posterior<'_> {
     ///
     /// # Errors
     /// [`InferenceError::StartSize`] and [`InferenceError::BadName`] for starts and scans of other
-    /// parameters; errors that are not recoverable, and the failure of the first start if the model fails at
+    /// parameters, [`InferenceError::Setting`] for a scan without a step; errors that are not recoverable, and the failure of the first start if the model fails at
     /// all of them. A model that was fitted but cannot be trusted is an [`Assessment`] with warnings.
     pub fn assess(&self, options: &AssessOptions) -> Result<Assessment, InferenceError> {
         let expected = self.parameters().len();
@@ -139,6 +139,10 @@ impl Posterior<'_> {
         }
         for scan in &options.scans {
             self.parameters().place(&scan.parameter)?;
+            if !(scan.step > 0.0 && scan.step.is_finite()) {
+                let (value, need) = (scan.step, "a number above zero, in the unit of the parameter");
+                return Err(InferenceError::Setting { name: "the step of a scan", value, need });
+            }
         }
         let terrain = Terrain { posterior: self, search: options.search, streams: options.streams };
         let (scanned, calls) = self.scanned(&options.scans, options.streams);

@@ -89,12 +89,21 @@ const POLISH: f64 = 1e-8;
 /// digits. Never runs past `settings.max_evaluations`.
 ///
 /// # Errors
-/// [`InferenceError::NoStart`] if the objective fails at `start`, and any error that is not recoverable.
+/// [`InferenceError::Setting`] for a radius or a tolerance that is none; [`InferenceError::NoStart`] if the
+/// objective fails at `start`, and any error that is not recoverable.
 pub fn minimise(
     objective: &dyn Objective,
     start: &[f64],
     settings: &TrustRegion,
 ) -> Result<Minimum, InferenceError> {
+    for (name, value, fits, need) in [
+        ("first_radius", settings.first_radius, settings.first_radius > 0.0, "a number above zero"),
+        ("tolerance", settings.tolerance, settings.tolerance >= 0.0, "nats, zero or more"),
+    ] {
+        if !fits || value.is_infinite() {
+            return Err(InferenceError::Setting { name, value, need });
+        }
+    }
     let order = if settings.method == Method::Newton { Order::Second } else { Order::First };
     let mut search = Search::new(objective, start, settings, order)?;
     loop {

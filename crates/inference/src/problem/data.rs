@@ -110,10 +110,13 @@ impl Observation {
         self
     }
 
-    /// Adds `sd_g`^2 to the variance of each named element.
+    /// Adds `sd_g`^2 to the variance of each named element. [`Data::new`](super::Data::new) refuses elements
+    /// that are not there.
     #[must_use]
     pub fn with_independent_noise(self, group: usize, elements: &[usize]) -> Self {
-        let mut ones = vec![0.0; self.values.len()];
+        let size = elements.iter().map(|e| e.saturating_add(1)).fold(self.values.len(), usize::max);
+        // As large as what is named: the check of sizes refuses more than there are values.
+        let mut ones = vec![0.0; size.min(self.values.len() + 1)];
         for &e in elements {
             if let Some(one) = ones.get_mut(e) {
                 *one = 1.0;

@@ -25,6 +25,37 @@ fn message_starts_and_scans_of_other_parameters_are_refused() {
     assert!(words.contains("'zz' is unknown; known: a"), "{words}");
     let error = posterior.map_from(&[0.0], &TrustRegion::default()).unwrap_err();
     assert!(matches!(error, InferenceError::StartSize { found: 1, expected: 2 }), "{error}");
+    for step in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        let scans = vec![Scan { parameter: "a".to_owned(), step }];
+        let words = wrong(AssessOptions { scans, ..AssessOptions::default() });
+        assert!(words.contains("the step of a scan is") && words.contains("above zero"), "{words}");
+    }
+}
+
+#[test]
+fn message_settings_that_no_search_can_follow_are_refused() {
+    let (model, data, parameters) = one();
+    let posterior = Posterior::new(&model, &data, &parameters).unwrap();
+    let usual = TrustRegion::default();
+    for (name, settings) in [
+        ("first_radius", TrustRegion { first_radius: 0.0, ..usual }),
+        ("first_radius", TrustRegion { first_radius: -1.0, ..usual }),
+        ("first_radius", TrustRegion { first_radius: f64::INFINITY, ..usual }),
+        ("tolerance", TrustRegion { tolerance: f64::NAN, ..usual }),
+    ] {
+        let words = posterior.map_from(&[0.0, 1.0], &settings).unwrap_err().to_string();
+        assert!(words.contains(&format!("{name} is")), "{name}: {words}");
+    }
+}
+
+#[test]
+fn message_noise_of_an_element_that_is_not_there_is_refused() {
+    let noise = || vec![NoiseGroup::floated("noise", "1")];
+    for elements in [&[0, 1, 7][..], &[2], &[usize::MAX, 0, 1]] {
+        let observation = Observation::new("d", vec![1.0, 2.0]).with_independent_noise(0, elements);
+        let words = Data::new(vec![observation], noise()).unwrap_err().to_string();
+        assert!(words.contains("its structure is 3 x 3, but it has 2 values"), "{words}");
+    }
 }
 
 #[test]

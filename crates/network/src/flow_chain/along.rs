@@ -14,7 +14,7 @@ use super::passage::State;
 use super::sensitivity::{Back, EFFECTS, Passed, Row, dot, fixed, through};
 use crate::error::NetworkError;
 use crate::plane::newton::Root;
-use crate::sense::along::{Station, of_loudest};
+use crate::sense::along::{Station, bounded, of_loudest};
 use rijke_numerics::ComplexDual;
 use rijke_numerics::{C64, JetSpace, Order};
 
@@ -36,7 +36,8 @@ impl FlowChain {
     /// leave it as it is.
     ///
     /// # Errors
-    /// [`NetworkError::NotFinite`] where dF/ds vanishes or a law has no value.
+    /// [`NetworkError::NotFinite`] where dF/ds vanishes or a law has no value; [`NetworkError::Samples`] for
+    /// more than ten million stations.
     pub fn along(&self, root: &Root, samples: usize) -> Result<Vec<Station>, NetworkError> {
         self.along_with(&self.basis, root, samples)
     }
@@ -48,6 +49,7 @@ impl FlowChain {
         root: &Root,
         samples: usize,
     ) -> Result<Vec<Station>, NetworkError> {
+        bounded(samples, self.ducts.len())?;
         let passed = Passed::new(self, basis, root)?;
         let back = passed.eigenvalue();
         let (mut stations, mut start) = (Vec::new(), 0.0);

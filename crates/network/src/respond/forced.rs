@@ -87,7 +87,8 @@ impl Network {
     /// laws; the last seed of every jet is s.
     ///
     /// # Errors
-    /// [`NetworkError::Slot`] if there is no such place; [`NetworkError::NotFinite`] at a mode, or
+    /// [`NetworkError::Slot`] if there is no such place; [`NetworkError::NotFinite`] where
+    /// the answer is infinite, which beside a mode it is only nearly, or
     /// [`NetworkError::Overflow`] far from the imaginary axis; [`NetworkError::NoLaw`] and
     /// [`NetworkError::Property`] as [`Network::solve`].
     pub fn forced<K: Coefficients + ?Sized>(
@@ -213,7 +214,7 @@ impl Network {
     ) -> Result<Transfer, NetworkError> {
         let n = self.segments.len();
         if to > n || from > to {
-            return Err(NetworkError::Slot { slot: crate::slot::Slot::Mu(from.max(to)), segments: n });
+            return Err(NetworkError::Stretch { from, to, segments: n });
         }
         let finished = |found: Transfer| {
             let all = found.matrix.iter().flatten().chain(&found.impedances);

@@ -152,3 +152,19 @@ fn exact_an_energy_budget_closes_at_an_eigenvalue_alone() {
         assert!(mismatch(c(-500.0, 1700.0)) > 0.1, "{}", mismatch(c(-500.0, 1700.0)));
     }
 }
+
+#[test]
+fn message_lengths_stretches_and_samples_that_are_none() {
+    let whole = Segment::new(-1.0, 1.8e-3, 343.0, 1.2);
+    let error = Network::cut_tube(whole, &[]).unwrap_err().to_string();
+    assert!(error.contains("length") && error.contains("-1"), "{error}");
+    let tube = tube();
+    let (laws, mut work) = (LawSet::default(), Workspace::default());
+    let back = tube.transfer(&laws, c(-30.0, 700.0), [1, 0], Order::Value, &mut work).unwrap_err();
+    assert!(back.to_string().contains("give the place upstream first"), "{back}");
+    let blown = FlowChain::of(&tube, 1.4, 1.0).unwrap();
+    let guess = tube.solve(&laws, c(-24.0, 718.0), &Newton::default(), &mut work).unwrap().s;
+    let root = blown.solve(&Constant, guess, &Newton::default(), &mut work).unwrap();
+    let most = blown.along(&root, usize::MAX).unwrap_err();
+    assert!(matches!(most, NetworkError::Samples { samples: usize::MAX, .. }), "{most}");
+}

@@ -109,6 +109,7 @@ impl Channels {
         };
         let (gains, gain_sds, delays, delay_sds) = (si(2)?, si(3)?, si(4)?, si(5)?);
         let spoken = gains.is_some() || gain_sds.is_some() || delays.is_some() || delay_sds.is_some();
+        let error_key = if gain_sds.is_none() { "sensitivity_sd" } else { "gain_sd" };
         let gain_sds = match (gain_sds, of_sensitivity) {
             (Some(a), Some(b)) => Some(a.iter().zip(b).map(|(a, b)| a.hypot(b)).collect()),
             (a, b) => a.or(b),
@@ -131,10 +132,10 @@ impl Channels {
         for m in 0..count {
             within(("gain", m), stated.gains[m].abs(), 1e-6, 1e6, "")?;
             if stated.gain_sds[m] > 1.0 {
-                let what = "is above 1, which is 100 % of the gain; write per cent as in gain_sd = \"3 %\"";
-                return Err((("gain_sd", m), Problem::Keys { what }));
+                let what = "is above 1, which is 100 % of the gain; write per cent as text, \"3 %\"";
+                return Err(((error_key, m), Problem::Keys { what }));
             }
-            within(("gain_sd", m), stated.gain_sds[m], 1e-9, 1.0, "")?;
+            within((error_key, m), stated.gain_sds[m], 1e-9, 1.0, "")?;
             within(("delay", m), stated.delays[m], -1.0, 1.0, "s")?;
             within(("delay_sd", m), stated.delay_sds[m], 1e-12, 1.0, "s")?;
         }

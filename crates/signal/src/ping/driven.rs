@@ -17,6 +17,8 @@ const FAR: f64 = 0.25;
 const BESIDE: f64 = 0.05;
 /// Bins of the spectrum to each side of the largest that count to the tone.
 const BINS: usize = 3;
+/// Part of the frequency of a ring-down to each side that holds most of its energy.
+const WIDE: f64 = 0.1;
 /// Length of the stretches in which a tone is compared with itself, s; how many there must be; and the share
 /// of its loudest one from which it is as loud in others.
 const SPAN: f64 = 0.08;
@@ -50,6 +52,16 @@ pub(crate) fn outside(trace: &Trace<'_>, band_hz: (f64, f64), mains_hz: f64, fau
     let beside = if matches!(fault, Fault::Weak(_)) { 0.0 } else { BESIDE };
     let near = ((1.0 - beside) * band_hz.0..=(1.0 + beside) * band_hz.1).contains(&driven_hz);
     (!near && !is_of_the_mains(driven_hz, mains_hz)).then_some(Fault::DrivenOutside { driven_hz, band_hz })
+}
+
+/// What to say of a record in which nothing of the band can be fitted, if most of its sound is at a frequency
+/// above the band, as that of a ring-down without forcing is.
+pub(super) fn rings_above(trace: &Trace<'_>, band_hz: (f64, f64), mains_hz: f64) -> Option<Fault> {
+    let quiet = trace.quiet.min(trace.len());
+    let loud: Vec<Vec<f64>> = trace.channels.iter().map(|y| y[quiet..].to_vec()).collect();
+    let found_hz = line(&loud, 1.0 / trace.rate_hz, WIDE)?;
+    let above = found_hz > (1.0 + BESIDE) * band_hz.1 && !is_of_the_mains(found_hz, mains_hz);
+    above.then_some(Fault::RingsOutside { found_hz, band_hz })
 }
 
 /// What to say of a record that cannot be fitted for a doubtful fault, if what rings after the forcing is far
@@ -116,8 +128,13 @@ fn is_of_the_mains(frequency_hz: f64, mains_hz: f64) -> bool {
     harmonic > 0.5 && (frequency_hz - harmonic * mains_hz).abs() < 1.0
 }
 
-/// The frequency that holds most of the energy of a stretch, Hz, if one does.
+/// The frequency of the tone that holds most of the energy of a stretch, Hz, if one does.
 fn tone(channels: &[Vec<f64>], step: f64) -> Option<f64> {
+    line(channels, step, 0.0)
+}
+
+/// The same for a line that is as wide as this part of its frequency to each side.
+fn line(channels: &[Vec<f64>], step: f64, width: f64) -> Option<f64> {
     let squares = |y: &&Vec<f64>| y.iter().map(|v| v * v).sum::<f64>();
     let loudest = channels.iter().max_by(|a, b| squares(a).total_cmp(&squares(b)))?;
     let rows = loudest.len();
@@ -129,7 +146,8 @@ fn tone(channels: &[Vec<f64>], step: f64) -> Option<f64> {
     transform.process(&mut series, &mut spectrum).ok()?;
     let energy: Vec<f64> = spectrum.iter().map(|z| z.norm_sqr()).collect();
     let (k, _) = energy.iter().enumerate().skip(1).max_by(|a, b| a.1.total_cmp(b.1))?;
-    let near: f64 = energy[k.saturating_sub(BINS).max(1)..(k + BINS + 1).min(energy.len())].iter().sum();
+    let bins = BINS.max((width * k as f64) as usize);
+    let near: f64 = energy[k.saturating_sub(bins).max(1)..(k + bins + 1).min(energy.len())].iter().sum();
     let all: f64 = energy[1..].iter().sum();
     (k as f64 >= PERIODS && near > SHARE * all).then(|| k as f64 / (rows as f64 * step))
 }

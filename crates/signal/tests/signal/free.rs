@@ -63,3 +63,31 @@ fn coverage_of_a_close_neighbour_without_forcing() {
         assert!(begins < 0.25 && rms.iter().all(|rms| *rms < 1.3), "{neighbour}: {begins} {rms:?}");
     }
 }
+
+/// The mode rings at 400 Hz, and is sought from 80 to 300 Hz. Before, pings of 0.2 s were called driven twice.
+#[test]
+fn message_a_decay_above_the_band_is_said_to_be_there() {
+    for (hz, seed) in [(400.0, 1), (700.0, 2), (1000.0, 3), (2000.0, 4)] {
+        let mut stream = Streams::new(seed).stream("above the band");
+        let s = C64::new(-40.0, 2.0 * std::f64::consts::PI * hz);
+        let mut channel = |phase: f64| -> Vec<f64> {
+            let mut at = |n: u32| {
+                let noise: f64 = StandardNormal.sample(&mut stream);
+                let t = f64::from(n) / RATE - 0.2;
+                1e-3 * noise + if t < 0.0 { 0.0 } else { (C64::from_polar(1.0, phase) * (s * t).exp()).re }
+            };
+            (0..9600).map(&mut at).collect()
+        };
+        let channels = [channel(0.3), channel(1.2)];
+        let trace = Trace { channels: &channels, rate_hz: RATE, quiet: 1600, full_scale: f64::INFINITY };
+        let said = fit_ping(&trace, &PingOptions::default()).unwrap_err().to_string();
+        assert!(
+            said.contains(&format!("at {:.0}", hz)) && said.contains("sought from 80 to 300 Hz"),
+            "{hz}: {said}"
+        );
+        let options =
+            PingOptions { band_hz: (0.7 * hz, 1.3 * hz), highest_hz: 1.5 * hz, ..Default::default() };
+        let found = fit_ping(&trace, &options).unwrap().ping.s;
+        assert!((found - s).norm() < 1.0, "{hz}: {found}");
+    }
+}
