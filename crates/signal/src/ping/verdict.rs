@@ -159,21 +159,24 @@ pub(crate) fn regrowth(
     let span = ((0.06 / white.step) as usize).min(white.rows() / 2);
     // Under a Hann window the mode, 20 Hz or more away, leaves hum alone.
     let size = |from: usize, frequency_hz: f64| loudness(white, from, span, frequency_hz);
-    // A burst may end at the row where the envelope has grown most.
+    // A burst may end at the row where the envelope has grown most, or begin there. Of its edge alone a
+    // stretch holds all frequencies: the louder stretch says which one it is.
     let last = row.min(white.rows() - span);
     // The third harmonic of the mains is too near the fundamental of a metre of tube.
-    for from in [last.saturating_sub(span), last] {
+    let heard = [last.saturating_sub(span), last].into_iter().filter_map(|from| {
         // Two bins away a jump of the mode's phase would do the same.
         let apart = |h: u32| (mains_hz * f64::from(h) - mode_hz).abs() * span as f64 * white.step > 2.0;
         let hum = |h: &u32| if apart(*h) { size(from, mains_hz * f64::from(*h)) } else { 0.0 };
         let harmonic = if hum(&1) >= hum(&2) { 1 } else { 2 };
         let frequency_hz = mains_hz * f64::from(harmonic);
         let now = hum(&harmonic);
-        if now > 4.0 * size(0, frequency_hz) && now > 0.1 * size(from, mode_hz) {
-            return Fault::HumBurst { at, frequency_hz, ratio: now };
-        }
+        let clear = now > 4.0 * size(0, frequency_hz) && now > 0.1 * size(from, mode_hz);
+        clear.then_some((now, frequency_hz))
+    });
+    match heard.max_by(|a, b| a.0.total_cmp(&b.0)) {
+        Some((ratio, frequency_hz)) => Fault::HumBurst { at, frequency_hz, ratio },
+        None => Fault::SecondExcitation { at, factor },
     }
-    Fault::SecondExcitation { at, factor }
 }
 
 /// Amplitude of a tone in each channel under a Hann window.

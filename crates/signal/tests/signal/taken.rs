@@ -3,7 +3,7 @@
 use crate::driven::Driven;
 use rand_distr::{Distribution, StandardNormal};
 use rijke_numerics::{C64, Streams};
-use rijke_signal::{Fault, Mishap};
+use rijke_signal::{Fault, Mishap, Unstable};
 use std::f64::consts::TAU;
 
 fn ping() -> Driven {
@@ -79,5 +79,85 @@ fn message_several_pings_in_one_file_are_named() {
         let said = driven.fit_of(&record).unwrap_err();
         assert!(matches!(said, Fault::SecondExcitation { factor, .. } if factor > 100.0), "{said}");
         assert!(said.to_string().ends_with("give every ping a file of its own"), "{said}");
+    }
+}
+
+#[test]
+fn message_a_burst_of_hum_has_the_frequency_of_its_louder_harmonic() {
+    let driven = Driven { modes: vec![(C64::new(-12.0, TAU * 230.0), 1.0)], forcing_hz: 230.2, ..ping() };
+    let record = driven.record(1);
+    // Where it begins, a burst of the second harmonic alone has more at the first one.
+    let bursts = [([800.0, 300.0], 0.4), ([300.0, 800.0], 0.4), ([0.0, 800.0], 0.0), ([0.0, 800.0], 1.6)];
+    for (sizes, phase) in bursts {
+        let mut record = record.clone();
+        for y in &mut record {
+            for (n, v) in y.iter_mut().enumerate() {
+                let (t, turn) = (n as f64 / driven.rate_hz, TAU * 50.0 * n as f64 / driven.rate_hz);
+                if (0.75..0.85).contains(&t) {
+                    *v += sizes[0] * (turn + phase).sin() + sizes[1] * (2.0 * turn + phase).sin();
+                }
+            }
+        }
+        match driven.fit_of(&record) {
+            Err(Fault::HumBurst { at, frequency_hz, .. }) => {
+                assert_eq!(frequency_hz, if sizes[0] > sizes[1] { 50.0 } else { 100.0 }, "phase {phase}");
+                assert!((at - 0.75).abs() < 0.02, "{at}");
+            }
+            other => panic!("{sizes:?}, phase {phase}: {:?}", other.map(|fit| fit.ping.s)),
+        }
+    }
+}
+
+#[test]
+fn message_a_tone_that_hardly_falls_is_no_decay() {
+    // A loudspeaker that was turned down to six tenths, and then falls at a rate, 1/s.
+    let fit = |rate: f64| {
+        let driven =
+            Driven { modes: vec![(C64::new(rate, TAU * 172.0), 1.0)], quiet: 0.19, ..Driven::tube() };
+        let mut stream = Streams::new(3).stream("falls");
+        let record: Vec<Vec<f64>> = (0..6)
+            .map(|m| {
+                let shape = 200.0 * (0.5 + 0.45 * f64::from(m)).sin();
+                let sound = |t: f64| match t {
+                    ..0.2 => 0.0,
+                    ..0.6 => shape * (TAU * 172.0 * t).cos(),
+                    _ => 0.6 * shape * (rate * (t - 0.6)).exp() * (TAU * 172.0 * t).cos(),
+                };
+                let noise = |stream: &mut _| -> f64 { StandardNormal.sample(stream) };
+                (0..16_000).map(|n| sound(f64::from(n) * 1e-4) + noise(&mut stream)).collect()
+            })
+            .collect();
+        driven.fit_of(&record)
+    };
+    match fit(-0.03) {
+        Err(Fault::Unstable(Unstable::GoesOn { seconds, fall, .. })) => {
+            assert!(
+                seconds > 0.9 && (fall / (1.0 - (-0.03 * seconds).exp()) - 1.0).abs() < 0.1,
+                "{seconds} s {fall}"
+            );
+        }
+        other => panic!("{:?}", other.map(|fit| fit.ping.s)),
+    }
+    let slow = fit(-0.15).unwrap().ping;
+    assert!((slow.s.re + 0.15).abs() < 4.0 * slow.covariance[(0, 0)].sqrt(), "{}", slow.s);
+}
+
+#[test]
+fn message_strong_hum_is_named_with_its_frequency_and_share() {
+    let driven = Driven { modes: vec![(C64::new(-12.0, TAU * 230.0), 1.0)], forcing_hz: 230.2, ..ping() };
+    let mut record = driven.record(2);
+    let top = record.iter().flatten().fold(0.0_f64, |a, v| a.max(v.abs()));
+    for (m, y) in record.iter_mut().enumerate() {
+        for (n, v) in y.iter_mut().enumerate() {
+            let turn = TAU * 50.02 * n as f64 / driven.rate_hz;
+            *v += 3.0 * top * ((turn + m as f64).cos() + 0.3 * (3.0 * turn).cos());
+        }
+    }
+    match driven.fit_of(&record) {
+        // Its third harmonic is the loudest tone in the band.
+        Err(Fault::SteadyHum { frequency_hz, share, .. }) => {
+            assert!(frequency_hz == 50.0 && (0.3 * share - 1.0).abs() < 0.05, "{frequency_hz} {share}");
+        }
+        other => panic!("{:?}", other.map(|fit| fit.ping.s)),
     }
 }
