@@ -6,7 +6,7 @@ use crate::ringing::Ringing;
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 use rijke_numerics::{C64, Streams};
-use rijke_signal::{ChannelDelays, KnownClick, PingOptions, Trace, fit_ping};
+use rijke_signal::{ChannelDelays, ClickFit, KnownClick, PingOptions, Trace, fit_ping};
 
 /// Relative standard deviation of the sound speed during calibration: a thermometer good to 0.1 K.
 const SPEED_SD: f64 = 1.7e-4;
@@ -107,5 +107,48 @@ fn oracle_intervals_cover_after_2000_calibrations() {
         // not have.
         let highest = if k == 22 { 1.0 } else { 0.98 };
         assert!((0.92..=highest).contains(&row[2]), "{k}: {row:?}");
+    }
+}
+
+#[test]
+fn exact_where_a_waveform_begins_and_its_sign_do_not_matter() {
+    let gains: Vec<f64> = (0..8).map(|m| 1.0 + 0.03 * f64::from((m * 3) % 5 - 2)).collect();
+    let clicking = Clicking { gains, ..Clicking::tube(3000.0) };
+    let fit = |seed| crate::click::fit(&clicking, &clicking.record(seed, "origin")).unwrap();
+    // The same impulses, their waveforms so much later (s) and so much larger; that of the first click stays.
+    let moved = |fit: &ClickFit, (later, larger): (f64, f64)| {
+        let mut other = fit.clone();
+        other.times.iter_mut().for_each(|t| *t -= later);
+        other.gains.iter_mut().for_each(|g| *g /= larger);
+        for (w, omega) in other.waveform.iter_mut().zip(&fit.frequencies) {
+            *w *= C64::from_polar(1.0, -omega * later) * larger;
+        }
+        other
+    };
+    let ways: Vec<(f64, f64)> = (0..8)
+        .map(|k| (5.03e-5 * f64::from((3 * k + 4) % 8 - 4), [1.0, -1.0, 3.0, -0.5][k as usize % 4]))
+        .collect();
+    let calibrated = |fits: Vec<ClickFit>| {
+        let expected: Vec<f64> = clicking.positions.iter().map(|x| x / clicking.sound_speed).collect();
+        let known = |fit| KnownClick { fit, expected: expected.clone(), group: 0, speed_sd: SPEED_SD };
+        ChannelDelays::calibrate(&fits.into_iter().map(known).collect::<Vec<_>>(), clicking.rate_hz).unwrap()
+    };
+    let fits: Vec<ClickFit> = (0..4).map(fit).collect();
+    let plain = calibrated(fits.clone());
+    let other = calibrated(fits.iter().zip(&ways[..4]).map(|(fit, way)| moved(fit, *way)).collect());
+    for m in 0..8 {
+        // Noise is weighed a little otherwise: it did not turn with the waveform.
+        assert!((plain.delays[m] - other.delays[m]).abs() < 2e-8, "{m}");
+        assert!((plain.gains[m].abs() - other.gains[m].abs()).abs() < 1e-5, "{m}");
+    }
+    let click = fit(9);
+    let times = plain.arrival(&click, true).unwrap().arrival_times;
+    for way in ways {
+        let again = moved(&click, way);
+        assert!(plain.inverted(&again).unwrap().is_empty(), "{way:?}");
+        let found = plain.arrival(&again, true).unwrap().arrival_times;
+        for (m, (found, time)) in found.iter().zip(&times).enumerate() {
+            assert!((found - time).abs() < 2e-8, "{way:?}, channel {m}: {:e} s", found - time);
+        }
     }
 }

@@ -96,3 +96,13 @@ fn flows(count: u64, shares: &[f64]) {
     }
     assert!(wrong.is_empty(), "{wrong:?}");
 }
+
+#[test]
+fn exact_noise_that_rings_the_mode_is_no_misfit() {
+    // It is taken out of the residuals and of the silence by which they are measured: white noise is left.
+    let switched = vec![(0.52, 1.3)];
+    let driven = Driven { flow: 3.0, ratio: 200.0, quiet: 0.5, switched, end: 2.2, ..Driven::tube() };
+    let of = |seed| driven.fit(seed).unwrap().residual_variance;
+    let mean = (0..4).map(of).sum::<f64>() / 4.0;
+    assert!((mean - 1.0).abs() < 0.04, "{mean}");
+}

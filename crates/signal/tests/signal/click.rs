@@ -165,6 +165,26 @@ fn exact_clicks_in_loud_hum_or_without_impulse_are_refused_with_the_right_reason
 }
 
 #[test]
+fn exact_loud_hum_is_said_with_its_amplitude() {
+    let clicking = Clicking::tube(100.0);
+    for phase in [0.0, 0.25, 0.5, 0.75] {
+        let mut record = clicking.record(1, "amplitude");
+        for y in &mut record {
+            for (n, v) in y.iter_mut().enumerate() {
+                *v += 60.0 * (std::f64::consts::TAU * (50.02 * n as f64 / clicking.rate_hz + phase)).cos();
+            }
+        }
+        let peak = record[0].iter().fold(0.0_f64, |most, v| most.max(v.abs()));
+        match fit(&clicking, &record) {
+            Err(Fault::LoudHum(_, 50.0, ratio)) => {
+                assert!((ratio * peak / 60.0 - 1.0).abs() < 0.02, "{phase}: {}", ratio * peak);
+            }
+            other => panic!("{phase}: {:?}", other.map(|fit| fit.times)),
+        }
+    }
+}
+
+#[test]
 fn oracle_calibration_returns_delays_and_gains_at_both_rates() {
     let delays: Vec<f64> = (0..8).map(|m| 1e-5 * f64::from((m * 5) % 7)).collect();
     let gains: Vec<f64> = (0..8).map(|m| 1.0 + 0.03 * f64::from((m * 3) % 5 - 2)).collect();

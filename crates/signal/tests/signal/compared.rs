@@ -3,7 +3,7 @@
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 use rijke_numerics::{C64, Stream, Streams};
-use rijke_signal::{ComparedChannels, ComparisonFault};
+use rijke_signal::{ChannelGains, ComparedChannels, ComparisonFault, RelativePressures, Spectra};
 use rustfft::FftPlanner;
 use std::f64::consts::TAU;
 
@@ -137,4 +137,31 @@ fn message_records_that_compare_nothing_are_refused() {
     assert!((found.channels.gains[3] - 0.8).abs() < 0.01);
     let alone = compared(vec![good[0].clone(), vec![0.0; good[0].len()]]).unwrap_err();
     assert!(matches!(alone, ComparisonFault::Alone { .. }));
+}
+
+#[test]
+fn exact_the_share_of_the_source_is_the_median_over_frequencies() {
+    // Over the lower 42 % of the band the third microphone hears noise of its own, as loud as the source.
+    const COUNT: usize = 1 << 16;
+    let mut stream = Streams::new(8).stream("share");
+    let mut noise = |to_hz: f64, size: f64| -> Vec<f64> {
+        let mut spectrum = vec![C64::ZERO; COUNT];
+        let bin = |hz: f64| (hz / RATE * COUNT as f64) as usize;
+        for z in &mut spectrum[bin(50.0)..bin(to_hz)] {
+            *z = size * C64::new(normal(&mut stream), normal(&mut stream));
+        }
+        FftPlanner::new().plan_fft_inverse(COUNT).process(&mut spectrum);
+        spectrum.iter().map(|z| z.re).collect()
+    };
+    let (source, own) = (noise(3000.0, 1.0), noise(1250.0, 1.0));
+    let channels: Vec<Vec<f64>> = [0.0, 0.0, 1.0]
+        .iter()
+        .map(|share| {
+            let faint = noise(3900.0, 0.03);
+            (0..COUNT).map(|n| source[n] + share * own[n] + faint[n]).collect()
+        })
+        .collect();
+    let found = Spectra::welch(&channels, RATE, 512, [500.0, 2300.0]).unwrap();
+    let shares = RelativePressures::of_noise(found, 3, &ChannelGains::Equal).of_the_source;
+    assert!(shares.len() == 3 && shares.iter().all(|share| *share > 0.98), "{shares:?}");
 }

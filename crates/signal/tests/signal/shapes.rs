@@ -5,7 +5,7 @@ use crate::pulses::{Duct, SOUND, Shape, Tube};
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 use rijke_numerics::Streams;
-use rijke_signal::{ChannelDelays, Extent, Trace, fit_click};
+use rijke_signal::{ChannelDelays, ClickOptions, Extent, Fault, Reflection, Trace, fit_click};
 
 /// Dispersion of air at 293 K in a round tube of this radius, s^{1/2}/m: Kirchhoff 1868.
 const fn layers(radius: f64) -> f64 {
@@ -176,4 +176,37 @@ fn coverage_of_calibrations_over_shapes() {
         }
     }
     assert!(wrong.is_empty(), "{wrong:#?}");
+}
+
+#[test]
+fn message_an_impulse_must_be_over_before_its_reflection_begins() {
+    // Halves of two Gaussian curves: to a twentieth of its peak the second takes four times as long.
+    let (rate_hz, rise) = (250e3, 5e-5);
+    let shape = |t: f64| (-0.5 * (t / if t < 0.0 { rise } else { 4.0 * rise }).powi(2)).exp();
+    let before = rise * (2.0 * 20.0_f64.ln()).sqrt();
+    let after = 4.0 * before;
+    let extent = |room: f64| {
+        let mut stream = Streams::new(4).stream("over");
+        let mut noise = || -> f64 { 1e-4 * Distribution::<f64>::sample(&StandardNormal, &mut stream) };
+        let sound = |t: f64| shape(t) - 0.9 * shape(t - room);
+        let y: Vec<f64> = (0..8000).map(|n| sound(f64::from(n) / rate_hz - 16e-3) + noise()).collect();
+        let reflection = Reflection {
+            lags: vec![room],
+            strength: -0.9,
+            smoothing: 0.0,
+            tolerance: 0.1,
+            pace_sd: 0.0,
+            dispersion: Vec::new(),
+        };
+        let trace = Trace { channels: &[y], rate_hz, quiet: 2500, full_scale: f64::INFINITY };
+        Extent::of(&trace, &ClickOptions { reflection: Some(reflection), ..ClickOptions::default() })
+    };
+    // The reflection begins as long before its own peak. A tenth of the length must be silent before it does,
+    // and a part of the rise that the level of a twentieth does not see.
+    let length = before + after;
+    let found = extent(1.2 * length).unwrap();
+    assert!((found.before / before - 1.0).abs() < 0.05, "{found:?} {before}");
+    assert!((found.after / after - 1.0).abs() < 0.05, "{found:?} {after}");
+    let fault = extent(1.07 * length).unwrap_err();
+    assert!(matches!(fault, Fault::LongImpulse { .. }), "{fault}");
 }

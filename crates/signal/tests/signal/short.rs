@@ -187,3 +187,11 @@ fn behaviour_a_record_that_ends_80_ms_after_the_forcing_says_so() {
     let fault = short.fit(1).expect_err("too short");
     assert!(matches!(fault, Fault::ShortDecay { have, .. } if (0.01..0.08).contains(&have)), "{fault}");
 }
+
+#[test]
+fn oracle_coloured_noise_is_learnt_where_there_is_no_silence() {
+    let switched = vec![(0.0, 0.8)];
+    let driven = Driven { quiet: 0.0, switched, colour: 0.8, ..Driven::tube() };
+    let tally = Tally::of(10, |_| driven.clone(), |seed, driven| driven.fit(seed));
+    assert!(tally.used == 10 && tally.worst < 4.0, "{} used, {}", tally.used, tally.worst);
+}

@@ -111,6 +111,25 @@ fn behaviour_growth_rate_and_frequency_need_no_click() {
 }
 
 #[test]
+fn oracle_points_share_what_their_repeats_scatter() {
+    // Two repeats of each of ten points: alone, one whose two happen to agree would state next to no error.
+    let mut pings = Pings::new(5e3, 2);
+    let first = pings.set.points[0].clone();
+    let point = |k: usize| PointRecords {
+        point: OperatingPoint { id: format!("point-{k}"), ..first.point.clone() },
+        pings: (0..2).map(|n| format!("ping-{k}-{n}")).collect(),
+        ..first.clone()
+    };
+    pings.set.points = (0..10).map(point).collect();
+    let done = process(&pings, &ProcessOptions::default(), &|| ()).unwrap();
+    for point in &done.observations.points {
+        let sd = point.ping.as_ref().unwrap().covariance[(1, 1)].sqrt();
+        let ratio = sd / (0.05 / 2.0_f64.sqrt());
+        assert!((0.7..1.8).contains(&ratio), "{ratio}");
+    }
+}
+
+#[test]
 fn behaviour_stated_channels_carry_the_shapes() {
     let stated = Some(ChannelPriors { gain_sd: 0.02, delay_sd: 1e-5 });
     let options = ProcessOptions { stated, ..ProcessOptions::default() };
