@@ -5,8 +5,7 @@ use crate::readings::TwoReadings;
 use crate::unstable::Unstable;
 use crate::words::{not_free, not_quiet, second_excitation, strange_reflection};
 
-/// What is wrong with one record. Every variant concerns that record alone: the caller lists it and goes on
-/// with the next. Times are seconds from the first sample of the record.
+/// What is wrong with one record, which the caller lists and leaves. Times are seconds from its first sample.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Fault {
@@ -254,25 +253,15 @@ pub enum Fault {
     },
     /// The tone of the record is not in the band, and nothing in the band can be fitted.
     #[error(
-        "the loudspeaker drives {driven_hz:.1} Hz, and the mode is sought from {:.0} to {:.0} Hz: state the band of the wanted mode, as \
+        "{what} {driven_hz:.1} Hz, and the mode is sought from {:.0} to {:.0} Hz: state the band of the wanted mode, as \
          `band_hz` in the manifest or with --band, or correct the sampling rate",
         band_hz.0, band_hz.1
     )]
     DrivenOutside {
-        /// Frequency of the forcing, Hz.
+        /// The beginning of the sentence.
+        what: &'static str,
+        /// Hz.
         driven_hz: f64,
-        /// Where the mode was sought, Hz.
-        band_hz: (f64, f64),
-    },
-    /// Nothing in the band can be fitted, and the record sounds above it.
-    #[error(
-        "most of the sound is at {found_hz:.1} Hz, and the mode is sought from {:.0} to {:.0} Hz: state the band of the wanted mode, as \
-         `band_hz` in the manifest or with --band, or correct the sampling rate",
-        band_hz.0, band_hz.1
-    )]
-    RingsOutside {
-        /// Frequency of the loudest line, Hz.
-        found_hz: f64,
         /// Where the mode was sought, Hz.
         band_hz: (f64, f64),
     },

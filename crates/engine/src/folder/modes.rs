@@ -34,25 +34,25 @@ pub struct FoundModes {
 /// to it.
 #[derive(Clone, Debug, Serialize)]
 pub struct ModeLine {
-    /// Hz.
+    /// Imaginary part of the eigenvalue over 2 pi, Hz.
     pub frequency_hz: f64,
-    /// 1/s.
+    /// Its real part, 1/s; below zero where the mode decays.
     pub growth_rate: f64,
-    /// Of the characteristic equation.
+    /// Estimate of the error of the eigenvalue, relative to its modulus.
     pub residual: f64,
     /// How much relative errors of the chain's numbers are magnified in s.
     pub condition: f64,
     /// How often it is a mode.
     pub multiplicity: usize,
-    /// 1/s.
+    /// Share of the upstream end in the growth rate, 1/s.
     pub by_upstream_end: f64,
-    /// 1/s.
+    /// Share of the downstream end, 1/s.
     pub by_downstream_end: f64,
-    /// 1/s.
+    /// Share of the friction at the walls, 1/s.
     pub by_viscous_loss: f64,
-    /// 1/s.
+    /// Share of the heat that the walls take, 1/s.
     pub by_thermal_loss: f64,
-    /// Name of an element or law, and 1/s.
+    /// Elements and laws by name, and the share of each, 1/s.
     pub by_elements: Vec<(String, f64)>,
     /// Frequency (Hz) and growth rate (1/s) by OSCILOS_lite's own rule for open ends.
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -86,8 +86,8 @@ pub(super) fn segments(conditions: &Conditions, edges: &[f64]) -> Vec<Piece> {
     stretches.iter().map(piece).collect()
 }
 
-/// Two halves of an element, of the element's gas, which have the first moments of the gas along it as well as
-/// its means ([`Segment::with_first_moment`]; the area cancels).
+/// Two halves of an element, of the element's gas, which have the first moments of the gas along it as well
+/// as its means ([`Segment::with_first_moment`]; the area cancels).
 fn halves(base: &PointState, from: f64, to: f64) -> [GasStretch; 2] {
     let middle = 0.5 * (from + to);
     let parts = [base.stretch(from, middle), base.stretch(middle, to)];

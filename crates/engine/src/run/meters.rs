@@ -42,8 +42,8 @@ impl Run {
         self.study.campaign.factors.iter().filter_map(one).collect()
     }
 
-    /// The errors of factors (`common_errors`) and of ducts (`temperature_sd`) that all points share, each in a
-    /// sentence, where the data tell them.
+    /// The errors of factors (`common_errors`) and of ducts (`temperature_sd`) that all points share, each in
+    /// a sentence, where the data tell them.
     pub(super) fn meters(&self, found: &Chosen) -> Vec<String> {
         let (posterior, campaign) = (found.trained.posterior(), &self.study.campaign);
         let one = |name: &String| {

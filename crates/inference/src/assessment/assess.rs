@@ -130,8 +130,9 @@ impl Posterior<'_> {
     ///
     /// # Errors
     /// [`InferenceError::StartSize`] and [`InferenceError::BadName`] for starts and scans of other
-    /// parameters, [`InferenceError::Setting`] for a scan without a step; errors that are not recoverable, and the failure of the first start if the model fails at
-    /// all of them. A model that was fitted but cannot be trusted is an [`Assessment`] with warnings.
+    /// parameters, [`InferenceError::Setting`] for a scan without a step; errors that are not recoverable,
+    /// and the failure of the first start if the model fails at all of them. A model that was fitted but
+    /// cannot be trusted is an [`Assessment`] with warnings.
     pub fn assess(&self, options: &AssessOptions) -> Result<Assessment, InferenceError> {
         let expected = self.parameters().len();
         if let Some(start) = options.starts.iter().find(|start| start.len() != expected) {

@@ -61,7 +61,8 @@ pub(super) fn overlapping(devices: &[Placed]) -> Vec<Warning> {
     holes().enumerate().filter_map(near).collect()
 }
 
-/// A response whose modulus grows without end with the frequency, as that of no flame and no passive end does.
+/// A response whose modulus grows without end with the frequency, as that of no flame and no passive end
+/// does.
 pub(super) fn growing(
     item: &Item,
     numerator: &[f64],

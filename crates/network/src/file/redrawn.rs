@@ -66,8 +66,8 @@ pub fn scatter(text: &str, built: &Built, modes: &[C64]) -> Result<Vec<Scatter>,
 
 /// By how much each of the modes `modes` of a network moves in twice as many pieces of its slopes, cones and
 /// spread flames, 1/s and rad/s; none where it is not there any more. `text` is the file that the network was
-/// read from. The lumped scheme keeps its pieces, which are what it says. Cost: twice that of reading, and one
-/// Newton iteration for each mode.
+/// read from. The lumped scheme keeps its pieces, which are what it says. Cost: twice that of reading, and
+/// one Newton iteration for each mode.
 ///
 /// # Errors
 /// As of [`super::read`].
@@ -77,8 +77,8 @@ pub fn moved_by_pieces(text: &str, modes: &[C64]) -> Result<Vec<Option<C64>>, Fi
     Ok(displaced(&finer, modes, &mut Workspace::default()))
 }
 
-/// By how much each of the modes `modes` is elsewhere in another network, where it has such a mode. Undeclared
-/// poles would be where the function grows without end; Newton's iteration ends at zeros.
+/// By how much each of the modes `modes` is elsewhere in another network, where it has such a mode.
+/// Undeclared poles would be where the function grows without end; Newton's iteration ends at zeros.
 fn displaced(other: &Built, modes: &[C64], work: &mut Workspace) -> Vec<Option<C64>> {
     let found: Vec<Option<C64>> =
         modes.iter().map(|s| Some(other.solve(*s, &Newton::default(), work).ok()?.s)).collect();
@@ -86,8 +86,8 @@ fn displaced(other: &Built, modes: &[C64], work: &mut Workspace) -> Vec<Option<C
     (0..modes.len()).map(by).collect()
 }
 
-/// Whether `z` is the mode `k` of another network, in which each mode was looked for: not far from it, and of no mode
-/// nearer. Where two modes end at one, only one of them is there.
+/// Whether `z` is the mode `k` of another network, in which each mode was looked for: not far from it, and of
+/// no mode nearer. Where two modes end at one, only one of them is there.
 fn is_of(z: C64, k: usize, modes: &[C64], found: &[Option<C64>]) -> bool {
     let by = (z - modes[k]).norm();
     let same = |other: &Option<C64>| other.is_some_and(|o| (o - z).norm() <= SAME * z.norm());

@@ -16,7 +16,7 @@ pub struct Mode {
 }
 
 impl Mode {
-    /// The mode as what asks for its response, sensitivities and budget.
+    /// The eigenvalue, to ask for its response, sensitivities and budget.
     #[must_use]
     pub fn root(&self) -> Root {
         Root { s: self.s, steps: 0, residual: self.residual }

@@ -75,7 +75,7 @@ pub(crate) fn iterate(
     let mut s = guess;
     let mut last: Option<(C64, ComplexDual)> = None;
     let mut residual = f64::INFINITY;
-    let mut least: Option<Root> = None;
+    let mut least = (f64::INFINITY, guess);
     for steps in 1..=settings.max_steps {
         let at = f(s);
         let newton = -at.value / at.slope;
@@ -91,8 +91,8 @@ pub(crate) fn iterate(
         last = (!limited).then_some((s, at));
         s += if limited { step * (longest / length) } else { step };
         residual = error / s.norm();
-        if least.is_none_or(|least| residual < least.residual) {
-            least = Some(Root { s, steps, residual });
+        if residual < least.0 {
+            least = (residual, s);
         }
         if residual <= settings.tolerance {
             let radius = settings.radius.unwrap_or(spacing);
@@ -105,12 +105,10 @@ pub(crate) fn iterate(
     }
     // Rounding may keep it from the tolerance; the estimate then goes up and down.
     let radius = settings.radius.unwrap_or(spacing);
-    match least {
-        Some(root) if root.residual <= ROUNDED && (root.s - guess).norm() <= radius => {
-            Ok(Root { steps: settings.max_steps, ..root })
-        }
-        _ => Err(NetworkError::NotConverged { steps: settings.max_steps, residual }),
+    if least.0 <= ROUNDED && (least.1 - guess).norm() <= radius {
+        return Ok(Root { s: least.1, steps: settings.max_steps, residual: least.0 });
     }
+    Err(NetworkError::NotConverged { steps: settings.max_steps, residual })
 }
 
 #[cfg(test)]

@@ -7,8 +7,8 @@ use rijke_numerics::C64;
 /// Follows the mode `start` at t = 0 to t = 1. `solve(t, guess)` finds the eigenvalue of the network at t.
 ///
 /// Steps are predicted along the secant and halved whenever `solve` fails or lands farther from the
-/// prediction than a fiftieth of `spacing`, the distance of neighbouring modes (1/s), so that the mode does not
-/// change its branch unnoticed at a near crossing. Returns every (t, s) visited.
+/// prediction than a fiftieth of `spacing`, the distance of neighbouring modes (1/s), so that the mode does
+/// not change its branch unnoticed at a near crossing. Returns every (t, s) visited.
 ///
 /// # Errors
 /// [`NetworkError::LostBranch`] when the step has shrunk below 2^-20; errors that are not recoverable at

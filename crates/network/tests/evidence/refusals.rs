@@ -164,7 +164,7 @@ fn message_lengths_stretches_and_samples_that_are_none() {
     assert!(back.to_string().contains("give the place upstream first"), "{back}");
     let blown = FlowChain::of(&tube, 1.4, 1.0).unwrap();
     let guess = tube.solve(&laws, c(-24.0, 718.0), &Newton::default(), &mut work).unwrap().s;
-    let root = blown.solve(&Constant, guess, &Newton::default(), &mut work).unwrap();
+    let root = blown.solve(guess, &Newton::default()).unwrap();
     let most = blown.along(&root, usize::MAX).unwrap_err();
     assert!(matches!(most, NetworkError::Samples { samples: usize::MAX, .. }), "{most}");
 }

@@ -51,7 +51,12 @@ pub(crate) fn outside(trace: &Trace<'_>, band_hz: (f64, f64), mains_hz: f64, fau
     let driven_hz = tone(&loud, 1.0 / trace.rate_hz)?;
     let beside = if matches!(fault, Fault::Weak(_)) { 0.0 } else { BESIDE };
     let near = ((1.0 - beside) * band_hz.0..=(1.0 + beside) * band_hz.1).contains(&driven_hz);
-    (!near && !is_of_the_mains(driven_hz, mains_hz)).then_some(Fault::DrivenOutside { driven_hz, band_hz })
+    let what = "the loudspeaker drives";
+    (!near && !is_of_the_mains(driven_hz, mains_hz)).then_some(Fault::DrivenOutside {
+        what,
+        driven_hz,
+        band_hz,
+    })
 }
 
 /// What to say of a record in which nothing of the band can be fitted, if most of its sound is at a frequency
@@ -59,9 +64,15 @@ pub(crate) fn outside(trace: &Trace<'_>, band_hz: (f64, f64), mains_hz: f64, fau
 pub(super) fn rings_above(trace: &Trace<'_>, band_hz: (f64, f64), mains_hz: f64) -> Option<Fault> {
     let quiet = trace.quiet.min(trace.len());
     let loud: Vec<Vec<f64>> = trace.channels.iter().map(|y| y[quiet..].to_vec()).collect();
-    let found_hz = line(&loud, 1.0 / trace.rate_hz, WIDE)?;
-    let above = found_hz > (1.0 + BESIDE) * band_hz.1 && !is_of_the_mains(found_hz, mains_hz);
-    above.then_some(Fault::RingsOutside { found_hz, band_hz })
+    let driven_hz = line(&loud, 1.0 / trace.rate_hz, WIDE)?;
+    // Hum is a tone; a decay near a harmonic is none.
+    let hums = tone(&loud, 1.0 / trace.rate_hz).is_some_and(|hz| is_of_the_mains(hz, mains_hz));
+    let what = "most of the sound is at";
+    (driven_hz > (1.0 + BESIDE) * band_hz.1 && !hums).then_some(Fault::DrivenOutside {
+        what,
+        driven_hz,
+        band_hz,
+    })
 }
 
 /// What to say of a record that cannot be fitted for a doubtful fault, if what rings after the forcing is far
@@ -89,7 +100,8 @@ pub(super) fn elsewhere(trace: &Trace<'_>, band_hz: (f64, f64), mains_hz: f64) -
 /// The same fault, or, if the tone that was taken for that of the loudspeaker sounds all the time, that.
 pub(super) fn or_all_the_time(trace: &Trace<'_>, fault: Fault) -> Fault {
     match fault {
-        Fault::DrivenOutside { driven_hz, band_hz } | Fault::DrivenElsewhere { driven_hz, band_hz, .. }
+        Fault::DrivenOutside { driven_hz, band_hz, .. }
+        | Fault::DrivenElsewhere { driven_hz, band_hz, .. }
             if lasts(trace, driven_hz) =>
         {
             Unstable::Beside { frequency_hz: driven_hz, band_hz }.into()

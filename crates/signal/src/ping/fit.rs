@@ -18,8 +18,8 @@ use crate::{Fault, Mishap, Trace};
 /// Fits one ring-down by maximum likelihood.
 ///
 /// The record holds an optional quiet part (noise alone), optional steady forcing near the mode, and the free
-/// decay; the end of forcing is found from the record. The mode is sought in [`PingOptions::band_hz`], of which
-/// the default, 80 to 300 Hz, is that of a metre of tube. Equal samples to the end of the record in all channels
+/// decay; the end of forcing is found from the record. The mode is sought in [`PingOptions::band_hz`]; the
+/// default, 80 to 300 Hz, is that of a metre of tube. Equal samples to the end of the record in all channels
 /// are cut off, and a constant offset of a channel is taken away first.
 /// All channels share every complex frequency; each channel has its own complex amplitudes. Noise is whitened
 /// with its colour and correlation between channels as learnt from the quiet part (Gaussian, stationary: hum
@@ -61,14 +61,13 @@ pub fn fit_ping(trace: &Trace<'_>, options: &PingOptions) -> Result<PingFit, Fau
         found => found,
     };
     found.map_err(|fault| {
-        let outside = driven::outside(trace, options.band_hz, options.mains_hz, &fault);
-        let elsewhere = || driven::elsewhere(trace, options.band_hz, options.mains_hz);
-        let elsewhere = || diagnosis::is_doubtful(&fault).then(elsewhere).flatten();
-        let nothing = diagnosis::is_doubtful(&fault) || matches!(fault, Fault::Weak(_));
-        let above =
-            || nothing.then(|| driven::rings_above(trace, options.band_hz, options.mains_hz)).flatten();
-        let reason = || diagnosis::reason(trace, options, fault);
-        let fault = outside.or_else(elsewhere).or_else(above).unwrap_or_else(reason);
+        let (band, mains) = (options.band_hz, options.mains_hz);
+        let doubtful = diagnosis::is_doubtful(&fault);
+        let nothing = doubtful || matches!(fault, Fault::Weak(_));
+        let fault = driven::outside(trace, band, mains, &fault)
+            .or_else(|| doubtful.then(|| driven::elsewhere(trace, band, mains)).flatten())
+            .or_else(|| nothing.then(|| driven::rings_above(trace, band, mains)).flatten())
+            .unwrap_or_else(|| diagnosis::reason(trace, options, fault));
         let fault = driven::or_all_the_time(trace, fault);
         let silence_s = quiet as f64 / trace.rate_hz;
         beside_a_tone(fault, &tones, (diagnosis::loudest(trace, options), silence_s))

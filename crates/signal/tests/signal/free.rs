@@ -64,7 +64,8 @@ fn coverage_of_a_close_neighbour_without_forcing() {
     }
 }
 
-/// The mode rings at 400 Hz, and is sought from 80 to 300 Hz. Before, pings of 0.2 s were called driven twice.
+/// The mode rings at 400 Hz, and is sought from 80 to 300 Hz. Before, pings of 0.2 s were called driven
+/// twice.
 #[test]
 fn message_a_decay_above_the_band_is_said_to_be_there() {
     for (hz, seed) in [(400.0, 1), (700.0, 2), (1000.0, 3), (2000.0, 4)] {
