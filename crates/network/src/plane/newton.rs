@@ -123,7 +123,7 @@ mod tests {
             let mut calls = 0_u32;
             iterate(C64::new(-20.0, 690.0), 300.0, &Newton::default(), |s| {
                 calls += 1;
-                let sign = if calls % 2 == 0 { 1.0 } else { -1.0 };
+                let sign = if calls.is_multiple_of(2) { 1.0 } else { -1.0 };
                 ComplexDual { value: (s - zero + sign * noise * 700.0) * 1e-3, slope: C64::new(1e-3, 0.0) }
             })
         };
