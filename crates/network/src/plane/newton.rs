@@ -115,20 +115,20 @@ pub(crate) fn iterate(
 mod tests {
     use super::*;
 
-    /// F = (s - z)/1000 with a rounding of 1e-10 of s, as a chain of large factors has it.
+    /// F at a zero, where nothing is left but rounding: every step is as long as that.
     #[test]
     fn behaviour_rounding_above_the_tolerance_costs_no_root() {
         let zero = C64::new(-30.0, 700.0);
-        let with_noise = |noise: f64| {
-            let mut calls = 0_u32;
-            iterate(C64::new(-20.0, 690.0), 300.0, &Newton::default(), |s| {
-                calls += 1;
-                let sign = if calls.is_multiple_of(2) { 1.0 } else { -1.0 };
-                ComplexDual { value: (s - zero + sign * noise * 700.0) * 1e-3, slope: C64::new(1e-3, 0.0) }
+        let with_rounding = |rounding: f64| {
+            let mut angle = 0.0;
+            iterate(zero, 300.0, &Newton::default(), |_| {
+                angle += 2.4;
+                let value = C64::from_polar(1e-3 * rounding * zero.norm(), angle);
+                ComplexDual { value, slope: C64::new(1e-3, 0.0) }
             })
         };
-        let root = with_noise(1e-10).unwrap();
+        let root = with_rounding(1e-10).unwrap();
         assert!((root.s - zero).norm() < 1e-6 && root.residual < 1e-8, "{root:?}");
-        assert!(matches!(with_noise(1e-5), Err(NetworkError::NotConverged { .. })));
+        assert!(matches!(with_rounding(1e-5), Err(NetworkError::NotConverged { .. })));
     }
 }
