@@ -61,10 +61,10 @@ impl Figure {
     pub fn svg(&self) -> String {
         let (cell_width, cell_height) = self.cell();
         let width = cell_width * self.columns as f64;
-        let rows = self.panels.len().div_ceil(self.columns.max(1));
+        let columns = self.columns.max(1);
+        let rows = self.panels.len().div_ceil(columns);
         let mut body = String::new();
         for (i, panel) in self.panels.iter().enumerate() {
-            let columns = self.columns.max(1);
             let (row, column) = (i / columns, i % columns);
             let (x, y) = (px(column as f64 * cell_width), px(row as f64 * cell_height));
             body += &format!("<g transform=\"translate({x} {y})\">{}</g>", panel.elements(self.note()));

@@ -258,9 +258,9 @@ pub enum Fault {
         band_hz.0, band_hz.1
     )]
     DrivenOutside {
-        /// The beginning of the sentence.
+        /// What sounds, and its verb: `the loudspeaker drives`, or `most of the sound is at`.
         what: &'static str,
-        /// Hz.
+        /// The frequency of that, Hz.
         driven_hz: f64,
         /// Where the mode was sought, Hz.
         band_hz: (f64, f64),

@@ -54,28 +54,25 @@ impl Run {
             let there = points.max_by(|a, b| a.factor_sds[factor].total_cmp(&b.factor_sds[factor]))?;
             let stated = there.factor_sds[factor];
             let unit = campaign.factors[factor].unit_in_print();
-            (sd < AS_STATED).then(|| {
-                format!(
-                    "the error of `{name}` that all points share is {} of `{name}_sd`, {} at {}; predictions take `{name}` as the same meter reads it",
-                    with_sd(error, sd),
-                    quantity(error * stated, sd * stated, &unit),
-                    there.id
-                )
-            })
+            let (what, key) = (format!("`{name}`"), format!("{name}_sd"));
+            let said = shared(&what, &key, [error, sd], stated, &unit)?;
+            Some(format!("{said} at {}; predictions take `{name}` as the same meter reads it", there.id))
         };
         let of_part = |part: &Part| {
             let Shape::Duct(Duct { temperature_sd: stated, .. }) = &part.shape else { return None };
-            let [error, sd] = posterior.error_of(&Cause::Part(part.name.clone()))?;
-            (sd < AS_STATED).then(|| {
-                format!(
-                    "the error of the temperature of {} that all points share is {} of `temperature_sd`, {}",
-                    part.name,
-                    with_sd(error, sd),
-                    quantity(error * stated, sd * stated, "K")
-                )
-            })
+            let told = posterior.error_of(&Cause::Part(part.name.clone()))?;
+            shared(&format!("the temperature of {}", part.name), "temperature_sd", told, *stated, "K")
         };
         let factors = self.study.plan.common_errors.iter().filter_map(one);
         factors.chain(self.study.rig.parts.iter().filter_map(of_part)).collect()
     }
+}
+
+/// An error that all points share, found in units of the standard deviation that `key` states, in words; none
+/// where the data tell nothing of it.
+fn shared(what: &str, key: &str, [error, sd]: [f64; 2], stated: f64, unit: &str) -> Option<String> {
+    (sd < AS_STATED).then(|| {
+        let (share, size) = (with_sd(error, sd), quantity(error * stated, sd * stated, unit));
+        format!("the error of {what} that all points share is {share} of `{key}`, {size}")
+    })
 }

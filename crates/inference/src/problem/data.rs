@@ -114,9 +114,9 @@ impl Observation {
     /// that are not there.
     #[must_use]
     pub fn with_independent_noise(self, group: usize, elements: &[usize]) -> Self {
-        let size = elements.iter().map(|e| e.saturating_add(1)).fold(self.values.len(), usize::max);
-        // As large as what is named: the check of sizes refuses more than there are values.
-        let mut ones = vec![0.0; size.min(self.values.len() + 1)];
+        // One too large for the values, which the check of sizes refuses, if an element is not there.
+        let missing = elements.iter().any(|e| *e >= self.values.len());
+        let mut ones = vec![0.0; self.values.len() + usize::from(missing)];
         for &e in elements {
             if let Some(one) = ones.get_mut(e) {
                 *one = 1.0;

@@ -63,6 +63,7 @@ impl Default for Reading<'_> {
     }
 }
 
+/// The network of a file.
 pub(super) fn build(text: &str, file: &File, reading: Reading<'_>) -> Result<Built, FileError> {
     let gas = &file.gas;
     let head = Item { line: line_of_table(text, "gas"), place: "[gas]".to_owned() };
@@ -190,14 +191,7 @@ pub(super) fn build(text: &str, file: &File, reading: Reading<'_>) -> Result<Bui
 
 /// Refuses numbers that no gas has.
 fn check(gas: &Gas, head: &Item) -> Result<(), FileError> {
-    for (key, value) in [
-        ("temperature", gas.temperature),
-        ("pressure", gas.pressure),
-        ("gamma", gas.gamma),
-        ("gas_constant", gas.gas_constant),
-        ("viscosity", gas.viscosity),
-        ("prandtl", gas.prandtl),
-    ] {
+    for (key, value) in gas.numbers() {
         head.positive(key, value)?;
     }
     if gas.gamma > 1.0 { Ok(()) } else { Err(head.fail(ElementProblem::Gamma { value: gas.gamma })) }

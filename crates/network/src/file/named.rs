@@ -53,6 +53,20 @@ pub enum NumberError {
 /// Step of the differences, of a number's modulus.
 const STEP: f64 = 1e-3;
 
+impl Gas {
+    /// Its numbers by key.
+    pub(super) fn numbers(&self) -> [(&'static str, f64); 6] {
+        [
+            ("temperature", self.temperature),
+            ("pressure", self.pressure),
+            ("gamma", self.gamma),
+            ("gas_constant", self.gas_constant),
+            ("viscosity", self.viscosity),
+            ("prandtl", self.prandtl),
+        ]
+    }
+}
+
 impl NamedNumbers {
     /// Takes a network file apart.
     ///
@@ -61,17 +75,8 @@ impl NamedNumbers {
     pub fn of(text: &str) -> Result<Self, FileError> {
         let mut table: Table = toml::from_str(text).map_err(|error| FileError::syntax(&error))?;
         // NamedNumbers that a file may leave out can be asked for, too.
-        let gas = Gas::default();
-        let defaults = [
-            ("temperature", gas.temperature),
-            ("pressure", gas.pressure),
-            ("gamma", gas.gamma),
-            ("gas_constant", gas.gas_constant),
-            ("viscosity", gas.viscosity),
-            ("prandtl", gas.prandtl),
-        ];
         if let Value::Table(given) = table.entry("gas").or_insert_with(|| Value::Table(Table::new())) {
-            for (key, value) in defaults {
+            for (key, value) in Gas::default().numbers() {
                 given.entry(key).or_insert(Value::Float(value));
             }
         }

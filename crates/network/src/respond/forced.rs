@@ -87,10 +87,9 @@ impl Network {
     /// laws; the last seed of every jet is s.
     ///
     /// # Errors
-    /// [`NetworkError::Slot`] if there is no such place; [`NetworkError::NotFinite`] where
-    /// the answer is infinite, which beside a mode it is only nearly, or
-    /// [`NetworkError::Overflow`] far from the imaginary axis; [`NetworkError::NoLaw`] and
-    /// [`NetworkError::Property`] as [`Network::solve`].
+    /// [`NetworkError::Slot`] if there is no such place; [`NetworkError::NotFinite`] where the
+    /// answer is infinite (close to a mode it is large, and finite), or [`NetworkError::Overflow`] far from
+    /// the imaginary axis; [`NetworkError::NoLaw`] and [`NetworkError::Property`] as [`Network::solve`].
     pub fn forced<K: Coefficients + ?Sized>(
         &self,
         laws: &K,

@@ -46,43 +46,29 @@ pub(crate) fn check(
 /// What to say of a record that cannot be fitted for `fault`, if its tone lies outside the band; where
 /// nothing is heard in the band, by however little.
 pub(crate) fn outside(trace: &Trace<'_>, band_hz: (f64, f64), mains_hz: f64, fault: &Fault) -> Option<Fault> {
-    let quiet = trace.quiet.min(trace.len());
-    let loud: Vec<Vec<f64>> = trace.channels.iter().map(|y| y[quiet.min(y.len())..].to_vec()).collect();
-    let driven_hz = tone(&loud, 1.0 / trace.rate_hz)?;
+    let driven_hz = tone(&from(trace, trace.quiet), trace.rate_hz.recip())?;
     let beside = if matches!(fault, Fault::Weak(_)) { 0.0 } else { BESIDE };
     let near = ((1.0 - beside) * band_hz.0..=(1.0 + beside) * band_hz.1).contains(&driven_hz);
-    let what = "the loudspeaker drives";
-    (!near && !is_of_the_mains(driven_hz, mains_hz)).then_some(Fault::DrivenOutside {
-        what,
-        driven_hz,
-        band_hz,
-    })
+    let fault = Fault::DrivenOutside { what: "the loudspeaker drives", driven_hz, band_hz };
+    (!near && !is_of_the_mains(driven_hz, mains_hz)).then_some(fault)
 }
 
 /// What to say of a record in which nothing of the band can be fitted, if most of its sound is at a frequency
 /// above the band, as that of a ring-down without forcing is.
 pub(super) fn rings_above(trace: &Trace<'_>, band_hz: (f64, f64), mains_hz: f64) -> Option<Fault> {
-    let quiet = trace.quiet.min(trace.len());
-    let loud: Vec<Vec<f64>> = trace.channels.iter().map(|y| y[quiet..].to_vec()).collect();
-    let driven_hz = line(&loud, 1.0 / trace.rate_hz, WIDE)?;
+    let (loud, step) = (from(trace, trace.quiet), trace.rate_hz.recip());
+    let driven_hz = line(&loud, step, WIDE)?;
     // Hum is a tone; a decay near a harmonic is none.
-    let hums = tone(&loud, 1.0 / trace.rate_hz).is_some_and(|hz| is_of_the_mains(hz, mains_hz));
-    let what = "most of the sound is at";
-    (driven_hz > (1.0 + BESIDE) * band_hz.1 && !hums).then_some(Fault::DrivenOutside {
-        what,
-        driven_hz,
-        band_hz,
-    })
+    let hums = tone(&loud, step).is_some_and(|hz| is_of_the_mains(hz, mains_hz));
+    let fault = Fault::DrivenOutside { what: "most of the sound is at", driven_hz, band_hz };
+    (driven_hz > (1.0 + BESIDE) * band_hz.1 && !hums).then_some(fault)
 }
 
 /// What to say of a record that cannot be fitted for a doubtful fault, if what rings after the forcing is far
 /// from its tone: both beat while the forcing begins.
 pub(super) fn elsewhere(trace: &Trace<'_>, band_hz: (f64, f64), mains_hz: f64) -> Option<Fault> {
     let (quiet, step) = (trace.quiet.min(trace.len()), trace.rate_hz.recip());
-    let from = |first: usize| -> Vec<Vec<f64>> {
-        trace.channels.iter().map(|y| y[first.min(y.len())..].to_vec()).collect()
-    };
-    let driven_hz = tone(&from(quiet), step)?;
+    let driven_hz = tone(&from(trace, quiet), step)?;
     let span = (SPAN * trace.rate_hz) as usize;
     let stretches = (trace.len() - quiet).checked_div(span)?;
     let size = |k: usize| size(trace, quiet + k * span, span, driven_hz);
@@ -90,7 +76,7 @@ pub(super) fn elsewhere(trace: &Trace<'_>, band_hz: (f64, f64), mains_hz: f64) -
     let loudest = sizes.iter().copied().fold(0.0, f64::max);
     let last = sizes.iter().rposition(|size| *size > AS_LOUD * loudest)?;
     // The forcing may end within the stretch after this one.
-    let after = from(quiet + (last + 2) * span);
+    let after = from(trace, quiet + (last + 2) * span);
     let mode_hz = tone(&after, step)?;
     let inside = (band_hz.0..=band_hz.1).contains(&mode_hz);
     let far = inside && (driven_hz - mode_hz).abs() > FAR * mode_hz && !is_of_the_mains(driven_hz, mains_hz);
@@ -132,6 +118,11 @@ fn size(trace: &Trace<'_>, row: usize, span: usize, frequency_hz: f64) -> f64 {
         loudness(white, row, span, frequency_hz).powi(2)
     };
     trace.channels.iter().map(of).sum::<f64>().sqrt()
+}
+
+/// The channels of a record from a sample on.
+fn from(trace: &Trace<'_>, first: usize) -> Vec<Vec<f64>> {
+    trace.channels.iter().map(|y| y[first.min(y.len())..].to_vec()).collect()
 }
 
 /// Where there is no forcing, hum may be the loudest.
