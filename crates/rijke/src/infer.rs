@@ -74,7 +74,9 @@ fn print(ui: &Ui, found: &[InferredNetwork]) {
         ui.say(format!("{}:", f.file.display()));
         for p in &f.model().parameters {
             ui.say(format!("  {}", p.words()));
-            not_identified(p, f.stage.missed.is_some(), ui);
+            not_identified(p, f.stage.missed.is_some())
+                .iter()
+                .for_each(|said| ui.say(format!("      {said}")));
         }
         let [growth, frequency, _] = f.model().misfit;
         ui.say(format!("  model error: {growth:.3} 1/s, {:.3} Hz", frequency / TAU));

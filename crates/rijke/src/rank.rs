@@ -4,12 +4,12 @@ use crate::{trust::Trust, ui::Ui};
 use rijke_engine::folder::{
     RankOptions, ResponseResults, doubts_of, known_stage, observations, open_study, rank, rank_responses,
 };
-use rijke_engine::told::tell_stage;
+use rijke_engine::told::{doubts_of_stage, tell_stage};
 use rijke_intake::foresee;
 use rijke_numerics::{Failed, StagedFolder, Tell};
 use rijke_report::write_response_page;
 use rijke_study::Study;
-use serde_json::json;
+use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
 /// Train the stages of a study, rank their models by evidence, and answer the questions of study.toml.
@@ -63,7 +63,14 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failed> {
     for v in &results.verdicts {
         ui.say(format!("{}: {} ({})", if v.holds { "holds" } else { "fails" }, v.statement, v.figure));
     }
-    let mut result = json!({ "dir": dir.join("results"), "stages": results.stages, "claims": results.verdicts, "doubts": doubts });
+    let stages = results.stages.iter().map(|stage| {
+        let mut all = json!(stage);
+        all["doubts"] = doubts_of_stage(stage).into();
+        all
+    });
+    let stages: Vec<Value> = stages.collect();
+    let mut result =
+        json!({ "dir": dir.join("results"), "stages": stages, "claims": results.verdicts, "doubts": doubts });
     if let Some(responses) = responses {
         result["responses"] = responses.shorts().into();
     }

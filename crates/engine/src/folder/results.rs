@@ -2,7 +2,7 @@
 
 use super::study::{observations, open_study, warn_of_study};
 use crate::SavedModel;
-use crate::run::{Answer, Judgement, Missing, OpenModel, StageRecord};
+use crate::run::{Answer, Judgement, OpenModel, StageRecord};
 use rijke_numerics::{Classify, Failed, Tell, write_within};
 use rijke_study::plan::{Plan, Stage};
 use rijke_study::{ObservedModes, Study};
@@ -93,8 +93,7 @@ pub(crate) fn rank_first(dir: &Path) -> String {
 pub fn warn_of_missing(dir: &Path, stage: &str, tell: &dyn Tell) {
     // Results of an older version may lack the file.
     let Ok(record) = kept::<StageRecord>(dir, "numbers", &format!("stage-{stage}")) else { return };
-    let first = record.missing.as_ref().and_then(|missing| missing.families.first());
-    if let Some(family) = first.filter(|f| f.first.probability <= Missing::CHANCE) {
+    if let Some(family) = record.missing.as_ref().and_then(|missing| missing.required().next()) {
         tell.note(format!(
             "warning: `rijke rank` found that the data require a further term in this model ({}); these predictions assume a complete model, and their standard deviations are too small",
             family.first.words()

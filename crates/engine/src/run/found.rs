@@ -63,6 +63,19 @@ pub struct Asked {
 impl Missing {
     /// Probability by chance above which a term is not told.
     pub const CHANCE: f64 = 0.05;
+
+    /// The families that the data require beyond those before them, the most gain first.
+    pub fn required(&self) -> impl Iterator<Item = &Family> {
+        self.families.iter().take_while(|f| f.is_required())
+    }
+}
+
+impl Family {
+    /// Whether it gains more beyond the families before it than chance would.
+    #[must_use]
+    pub fn is_required(&self) -> bool {
+        self.beyond.1 <= Missing::CHANCE
+    }
 }
 
 impl Asked {
@@ -143,8 +156,7 @@ impl Checks {
     pub(super) fn unexplained(&self, missing: &Missing) -> Option<String> {
         let too_large = self.sums.iter().filter(|s| s.probability.is_some_and(|p| p < Self::NEVER));
         let beyond: f64 = too_large.map(|s| 0.5 * (s.chi_squared - s.count as f64)).sum();
-        let asked = missing.families.iter().take_while(|f| f.beyond.1 <= Missing::CHANCE);
-        let gain: f64 = asked.map(|f| f.beyond.0).sum();
+        let gain: f64 = missing.required().map(|f| f.beyond.0).sum();
         (gain > 0.0 && gain < 0.5 * beyond).then(|| {
             format!(
                 "such terms explain {gain:.0} of the {beyond:.0} nats by which residuals exceed their noise: points that are off, errors of days, or a noise \

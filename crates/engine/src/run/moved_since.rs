@@ -14,7 +14,7 @@ impl Run {
     /// narrowly, each as the last of those stages has it, in a sentence without its stop. None where nothing
     /// is missing: only what a model lacks makes its narrower numbers worse.
     pub(super) fn moved_since(&self, stage: &Stage, missing: &Missing) -> Option<String> {
-        missing.families.first().filter(|f| f.beyond.1 <= Missing::CHANCE)?;
+        missing.required().next()?;
         let (done, before) = self.done.split_last()?;
         let mut below: Vec<&str> = stage.on.iter().map(String::as_str).collect();
         let mut known: Vec<(&str, &Done)> = Vec::new();

@@ -7,7 +7,7 @@ mod responses;
 mod search;
 mod stage;
 
-pub use doubts::{not_identified, reasons, warn_of_prior};
+pub use doubts::{not_identified, reasons};
 pub use foresight::tell_foresight;
 pub use responses::tell_responses;
-pub use stage::{tell_heat, tell_stage};
+pub use stage::{doubts_of_stage, tell_heat, tell_stage};

@@ -1,6 +1,6 @@
 //! What is said of a stage that trained on responses.
 
-use super::doubts::{reasons, warn_of_prior};
+use super::doubts::{far_from_prior, reasons};
 use crate::response::{IN_PROPORTION, NOISE, ResponseStageRecord};
 use rijke_numerics::Tell;
 use rijke_numerics::words::{counted, fixed, to_digits};
@@ -44,7 +44,7 @@ pub fn tell_responses(stage: &ResponseStageRecord, tell: &dyn Tell) {
         let told = errors.iter().filter(|p| !p.is_as_before());
         for p in own.iter().chain(told).chain(channels) {
             tell.say(format!("      {}", p.words()));
-            warn_of_prior(p, tell);
+            far_from_prior(p).iter().for_each(|said| tell.note(format!("warning: {said}")));
         }
         let untold = errors.iter().filter(|p| p.is_as_before()).count();
         if untold > 0 {

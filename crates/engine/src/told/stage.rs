@@ -1,7 +1,7 @@
 //! What is said of a stage that trained on modes, and of its gas.
 
-use super::doubts::{not_identified, warn_of_prior};
-use crate::run::{Asked, Checks, Missing, StageRecord};
+use super::doubts::{far_from_prior, not_identified};
+use crate::run::{Asked, Checks, Missing, ModelRecord, StageRecord};
 use rijke_numerics::Tell;
 use rijke_numerics::words::{counted, fixed, quantity, rounded, with_sd};
 use rijke_study::HeatedFit;
@@ -40,14 +40,7 @@ pub fn tell_stage(stage: &StageRecord, tell: &dyn Tell) {
     stage.behind_by_a_prior().iter().for_each(|said| tell.note(format!("warning: {said}")));
     if let Some(model) = stage.models.iter().find(|m| m.id == stage.chosen) {
         carried_on(stage, tell);
-        if let Some((other, behind)) = stage.nearest().filter(|(_, behind)| *behind < stage.decides) {
-            let (leader, lead) = if behind < 0.0 { (other, -behind) } else { (model, behind) };
-            let right = if behind < 0.0 { model.id.as_str() } else { "it" };
-            tell.say(format!(
-                "      not decided: {} leads by {lead:.1} nats, and {:.1} would decide; the numbers below hold only if {right} is right",
-                leader.id, stage.decides
-            ));
-        }
+        undecided(stage, model).iter().for_each(|said| tell.say(format!("      {said}")));
         for assumed in &stage.assumes {
             tell.say(format!("      these numbers depend on an undecided choice. {assumed}."));
         }
@@ -75,19 +68,60 @@ pub fn tell_stage(stage: &StageRecord, tell: &dyn Tell) {
         for p in &model.parameters {
             tell.say(format!("      {}", p.words()));
             if trained {
-                not_identified(p, stage.missed.is_some(), tell);
+                not_identified(p, stage.missed.is_some())
+                    .iter()
+                    .for_each(|said| tell.say(format!("          {said}")));
             }
-            warn_of_prior(p, tell);
+            far_from_prior(p).iter().for_each(|said| tell.note(format!("warning: {said}")));
         }
     }
     if let Some(lengths) = &stage.lengths {
         tell.say(format!("      {}", lengths.words()));
     }
     if let Some(missing) = &stage.missing {
-        still_asked(missing, tell);
+        still_asked(missing).iter().for_each(|said| tell.say(format!("      {said}")));
         stage.moved_since.iter().for_each(|said| tell.say(format!("      {said}")));
         stage.unexplained().iter().for_each(|said| tell.say(format!("      {said}")));
     }
+}
+
+/// All that the terminal says against the numbers of a stage, a sentence each without its stop.
+#[must_use]
+pub fn doubts_of_stage(stage: &StageRecord) -> Vec<String> {
+    let mut all = stage.behind_by_a_prior();
+    all.extend(stage.one_start.then(|| StageRecord::ONE_START.to_owned()));
+    all.extend(stage.not_carried());
+    if let Some(model) = stage.models.iter().find(|m| m.id == stage.chosen) {
+        all.extend(undecided(stage, model));
+        all.extend(
+            stage
+                .assumes
+                .iter()
+                .map(|assumed| format!("these numbers depend on an undecided choice. {assumed}")),
+        );
+        all.extend(stage.missed.clone());
+        all.extend(stage.checks.iter().flat_map(Checks::doubts));
+        let trained = model.parameters.iter().filter(|_| !stage.measured.is_empty());
+        all.extend(trained.filter_map(|p| not_identified(p, stage.missed.is_some())));
+        all.extend(model.parameters.iter().filter_map(far_from_prior));
+    }
+    if let Some(missing) = stage.missing.as_ref().filter(|m| m.required().next().is_some()) {
+        all.extend(still_asked(missing));
+    }
+    all.extend(stage.moved_since.clone());
+    all.extend(stage.unexplained());
+    all
+}
+
+/// That the lead of a stage does not decide, where `model` goes on.
+fn undecided(stage: &StageRecord, model: &ModelRecord) -> Option<String> {
+    let (other, behind) = stage.nearest().filter(|(_, behind)| *behind < stage.decides)?;
+    let (leader, lead) = if behind < 0.0 { (other, -behind) } else { (model, behind) };
+    let right = if behind < 0.0 { model.id.as_str() } else { "it" };
+    Some(format!(
+        "not decided: {} leads by {lead:.1} nats, and {:.1} would decide; the numbers below hold only if {right} is right",
+        leader.id, stage.decides
+    ))
 }
 
 /// What later stages make of the models that a stage leaves open.
@@ -107,40 +141,45 @@ fn carried_on(stage: &StageRecord, tell: &dyn Tell) {
 }
 
 /// The first terms that the data still ask for.
-fn still_asked(missing: &Missing, tell: &dyn Tell) {
-    let Some(first) = missing.families.first() else { return };
+fn still_asked(missing: &Missing) -> Vec<String> {
+    let Some(first) = missing.families.first() else { return Vec::new() };
     let tried = missing.tried;
-    if first.first.probability > Missing::CHANCE {
-        tell.say(format!(
-            "      missing: no further term is significant; the best of {tried} that were tried is {} (p = {:.2} by chance)",
+    if !first.is_required() {
+        return vec![format!(
+            "missing: no further term is significant; the best of {tried} that were tried is {} (p = {:.2} by chance)",
             first.first.words(),
             first.first.probability
-        ));
-        return;
+        )];
     }
-    tell.say(
-        "      the data require a further term; the standard deviations above assume a complete model, and are too small:".to_owned(),
+    let mut all = vec![
+        "the data require a further term; the standard deviations above assume a complete model, and are too small:"
+            .to_owned(),
+    ];
+    all.extend(
+        missing.required().take(2).enumerate().map(|(k, family)| {
+            let (Asked { strength: [value, sd], unit, gain, .. }, (beyond, probability)) =
+                (&family.first, family.beyond);
+            let (word, gain) = if k == 0 { ("missing", *gain) } else { ("and beyond that", beyond) };
+            format!(
+                "{word}: {} = {}: {gain:+.1} nats expected, p = {probability:.3} ({})",
+                family.first.words(),
+                quantity(*value, *sd, unit),
+                match family.like.len() {
+                    0 => format!(
+                        "the data distinguish it from the other {} terms that were tried",
+                        tried.saturating_sub(1)
+                    ),
+                    1 => format!(
+                        "the data cannot distinguish it from one of the {tried} terms that were tried"
+                    ),
+                    like => format!(
+                        "the data cannot distinguish it from {like} of the {tried} terms that were tried"
+                    ),
+                }
+            )
+        }),
     );
-    for (k, family) in
-        missing.families.iter().take(2).enumerate().filter(|(_, f)| f.beyond.1 <= Missing::CHANCE)
-    {
-        let (Asked { strength: [value, sd], unit, gain, .. }, (beyond, probability)) =
-            (&family.first, family.beyond);
-        let (word, gain) = if k == 0 { ("missing", *gain) } else { ("and beyond that", beyond) };
-        tell.say(format!(
-            "      {word}: {} = {}: {gain:+.1} nats expected, p = {probability:.3} ({})",
-            family.first.words(),
-            quantity(*value, *sd, unit),
-            match family.like.len() {
-                0 => format!(
-                    "the data distinguish it from the other {} terms that were tried",
-                    tried.saturating_sub(1)
-                ),
-                1 => format!("the data cannot distinguish it from one of the {tried} terms that were tried"),
-                like => format!("the data cannot distinguish it from {like} of the {tried} terms that were tried"),
-            }
-        ));
-    }
+    all
 }
 
 /// What thermometers say of the heat of a stream.

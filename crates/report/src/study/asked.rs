@@ -2,7 +2,7 @@
 
 use super::numbers::{chance, with_uncertainty};
 use rijke_draw::html;
-use rijke_engine::run::{Family, Missing, StageRecord};
+use rijke_engine::run::{Family, StageRecord};
 use rijke_numerics::words::capitalised;
 
 /// Members of a family that are named.
@@ -12,7 +12,7 @@ const NAMED: usize = 5;
 pub(super) fn section(stage: &StageRecord) -> String {
     let Some(missing) = &stage.missing else { return String::new() };
     let Some(first) = missing.families.first() else { return String::new() };
-    let sentence = if first.beyond.1 > Missing::CHANCE {
+    let sentence = if !first.is_required() {
         format!(
             "Of {} further terms none gains more than chance would: the best, {}, has p = {:.2}.",
             missing.tried,
@@ -20,7 +20,7 @@ pub(super) fn section(stage: &StageRecord) -> String {
             first.beyond.1
         )
     } else {
-        let asked = missing.families.iter().take_while(|f| f.beyond.1 <= Missing::CHANCE).count();
+        let asked = missing.required().count();
         format!(
             "Of {} further terms, {} of those below {} more than chance would give: {:.1} nats in one of twenty data sets of the model itself.",
             missing.tried,
@@ -47,7 +47,7 @@ pub(super) fn section(stage: &StageRecord) -> String {
         format!(
             "<tr{}><td>{}{also}{range}</td><td class=\"n\">{}{unit}</td><td class=\"n\">{:.1}</td><td class=\"n\">{:.1}</td><td class=\"n\">{}</td>\
              <td class=\"n\">{:.3}</td><td class=\"n\">{:.3}</td><td><small>{}</small></td></tr>\n",
-            if f.beyond.1 > Missing::CHANCE { " class=\"failed\"" } else { "" },
+            if f.is_required() { "" } else { " class=\"failed\"" },
             html(&a.words()),
             with_uncertainty(a.strength[0], a.strength[1]),
             a.gain,
@@ -68,6 +68,6 @@ pub(super) fn section(stage: &StageRecord) -> String {
          expected, nats</th><th>beyond the terms above</th><th>by chance</th><th>moves growth rates, 1/s</th><th>moves frequencies, \
          rad/s</th><th>cannot be told from</th></tr></thead><tbody>\n{rows}</tbody></table></div></details>\n",
         stage.id,
-        if first.beyond.1 > Missing::CHANCE { "" } else { " open" }
+        if first.is_required() { " open" } else { "" }
     )
 }

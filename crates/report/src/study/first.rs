@@ -3,7 +3,7 @@
 use super::numbers::{two_digits, with_uncertainty};
 use super::tables::{chosen, formula};
 use rijke_draw::html;
-use rijke_engine::run::{MeasuredRecord, Missing, StageRecord, TrainedParameter};
+use rijke_engine::run::{MeasuredRecord, StageRecord, TrainedParameter};
 
 /// The stage whose model the first screen shows: the last that ranked several models, else the last.
 pub(super) fn stage(stages: &[StageRecord]) -> Option<&StageRecord> {
@@ -58,7 +58,7 @@ fn unexplained(stage: &StageRecord) -> Vec<String> {
     };
     let first = stage.missing.as_ref().and_then(|missing| missing.families.first());
     let asked = first.map(|family| {
-        if family.beyond.1 > Missing::CHANCE {
+        if !family.is_required() {
             "No further term gains more than chance would.".to_owned()
         } else {
             format!(

@@ -29,6 +29,17 @@ fn exact_every_result_is_one_document() {
     let ranked = answer("rank study --until gauze --one-start");
     assert_eq!(ranked["stages"].as_array().unwrap().len(), 2);
     assert!(ranked["stages"][1]["models"].as_array().unwrap().len() >= 4);
+    // What the terminal says against a stage is in the document.
+    let output = rijke(&folder, &["rank", "study", "--until", "gauze", "--one-start", "--force"]);
+    let said = String::from_utf8(output.stdout).unwrap();
+    let stages = ranked["stages"].as_array().unwrap();
+    let doubts: Vec<&str> =
+        stages.iter().flat_map(|s| s["doubts"].as_array().unwrap()).map(|v| v.as_str().unwrap()).collect();
+    assert!(doubts.iter().all(|doubt| said.contains(doubt)), "{doubts:#?}\n{said}");
+    for part in ["one fit stands behind each evidence", "not identified by these data", "not decided"] {
+        let of_it = |all: &str| all.contains(part);
+        assert_eq!(doubts.iter().any(|d| of_it(d)), of_it(&said), "{part}: {said}");
+    }
     assert!(answer("report study")["page"].as_str().unwrap().ends_with("index.html"));
     let predicted = answer("predict study --stage gauze --at x_g=0.3,Q=0,flow=0.001,gauze=1");
     assert_eq!(predicted["stage"], "gauze");
