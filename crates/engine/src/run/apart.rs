@@ -38,6 +38,8 @@ pub(super) struct Apart<'a> {
     distance: f64,
     /// Mean ambient temperature of its points, K.
     ambient: f64,
+    /// Of a day, the one installation that all its points have.
+    installation: Option<&'a str>,
 }
 
 /// An observation, what was measured and what the model says.
@@ -54,6 +56,12 @@ impl Common {
         let mut groups: BTreeMap<&str, Vec<Held<'a>>> = BTreeMap::new();
         all.for_each(|t| groups.entry(self.name(&t)).or_default().push(t));
         groups
+    }
+
+    /// What all observations have in common, if that has a name.
+    fn one<'a>(self, all: &[Held<'a>]) -> Option<&'a str> {
+        let name = self.name(all.first()?);
+        (!name.is_empty() && all.iter().all(|t| self.name(t) == name)).then_some(name)
     }
 
     /// The day or installation that lies farthest apart, if any does, in its angular frequencies, or else its
@@ -109,6 +117,7 @@ impl Common {
                 higher,
                 distance,
                 ambient,
+                installation: if self == Self::Day { Self::Installation.one(&here) } else { None },
             })
         };
         names.iter().filter_map(of).max_by(|a, b| a.distance.total_cmp(&b.distance))
@@ -124,19 +133,26 @@ fn ambient(o: &Observed) -> [f64; 2] {
 
 /// By how much days scatter about the model where their points do not, in a sentence without its stop; `sd`
 /// is the standard deviation of a measured frequency, rad/s. Single days of which that is said are `named`
-/// and do not count.
+/// and do not count. `installations_vary` where the stage states a noise between installations.
 ///
 /// An analysis of variance of the frequencies relative to those of the model: many days that are off hide
 /// each other where each is compared with all others, and each counts as many points though it has one
 /// error.
-pub(super) fn scattered_days(there: &[Held<'_>], sd: f64, named: &[Apart<'_>]) -> Option<String> {
+pub(super) fn scattered_days(
+    there: &[Held<'_>],
+    sd: f64,
+    named: &[Apart<'_>],
+    installations_vary: bool,
+) -> Option<String> {
     let counts = |t: &Held<'_>| {
         !Common::Day.name(t).is_empty() && !named.iter().any(|group| group.has(&t.0.conditions.id))
     };
     let days = Common::Day.groups(there.iter().copied().filter(counts));
     let all: Vec<Held<'_>> = days.values().flatten().copied().collect();
     let (n, g) = (all.len() as f64, days.len() as f64);
-    if days.len() < 3 || n < 2.0 * g {
+    // Installations of one day each that are stated to vary make days differ.
+    let installations = || days.values().all(|day| Common::Installation.one(day).is_some());
+    if days.len() < 3 || n < 2.0 * g || (installations_vary && installations()) {
         return None;
     }
     let relative = |of: &[Held<'_>]| mean_and_squares(of.iter().map(|t| (t.1 - t.2) / t.2));
@@ -167,6 +183,11 @@ fn mean_and_squares(all: impl Iterator<Item = f64> + Clone) -> [f64; 2] {
 }
 
 impl Apart<'_> {
+    /// Whether it is a day with the points of one installation only, which may be the cause as well.
+    pub(super) fn is_one_installation(&self) -> bool {
+        self.installation.is_some()
+    }
+
     /// Whether a point is one of this group.
     pub(super) fn has(&self, id: &str) -> bool {
         self.points.contains(&id)
@@ -175,7 +196,7 @@ impl Apart<'_> {
     /// A sentence without its stop, about numbers called `what`, growth rates as `shown`; for a day with the
     /// change of temperature that would explain it.
     pub(super) fn said(&self, what: &str, shown: impl Fn(f64) -> String) -> String {
-        let Self { common, name, points, frequencies, higher, ambient, .. } = self;
+        let Self { common, name, points, frequencies, higher, ambient, installation, .. } = self;
         let group = if *common == Common::Day { "day" } else { "installation" };
         let by = if *frequencies { format!("{:.1} %", 100.0 * higher.abs()) } else { shown(higher.abs()) };
         let above = if *higher > 0.0 { "above" } else { "below" };
@@ -195,9 +216,13 @@ impl Apart<'_> {
         let warmer = if *higher > 0.0 { "warmer" } else { "colder" };
         // In so few digits that all models say the same.
         let digits = usize::from(kelvin < 2.0);
-        said + &format!(
-            "air {kelvin:.digits$} K {warmer} than stated would explain it; check T_amb of that day, and what else differed"
-        )
+        let air = format!("air {kelvin:.digits$} K {warmer} than stated would explain it");
+        said + &match installation {
+            Some(own) => format!(
+                "{air}, and so might parts at other places in {own}, the only installation of that day; check both"
+            ),
+            None => format!("{air}; check T_amb of that day, and what else differed"),
+        }
     }
 }
 

@@ -85,7 +85,9 @@ pub(super) fn doubts(
         }
         let frequencies = k == 1;
         // A temperature moves frequencies, a part at another place both.
-        let day = if frequencies { Common::Day.apart(&there, sd, true, false) } else { None };
+        // Where installations are stated to vary, the one of a day is compared with the others.
+        let own = |day: &Apart<'_>| !(installations_vary && day.is_one_installation());
+        let day = if frequencies { Common::Day.apart(&there, sd, true, false).filter(own) } else { None };
         let installation = if day.is_some() {
             None
         } else {
@@ -99,7 +101,7 @@ pub(super) fn doubts(
         let outlying = outlying(&there, sd).filter(|found| !of_a_group(found));
         all.extend(outlying.map(|found| found.said(what, shown)));
         all.extend(apart.iter().map(|group| group.said(what, shown)));
-        all.extend(scattered_days(&there, sd, &apart).filter(|_| frequencies));
+        all.extend(scattered_days(&there, sd, &apart, installations_vary).filter(|_| frequencies));
     }
     all.extend(one_mode_twice(observed, predicted));
     if misfit[2] > SHAPES {
@@ -252,10 +254,14 @@ pub(super) mod tests {
     use rijke_numerics::{C64, Matrix};
     use rijke_study::{ObservedMode, OneTable, PointState};
     use std::sync::Arc;
+    use std::sync::atomic::{AtomicUsize, Ordering};
 
     /// Six points whose growth rates are 0, -1, ... -5, measured to 0.1.
     pub(in crate::run) fn points() -> Vec<Observed> {
-        let folder = std::env::temp_dir().join(format!("rijke-doubts-{}", std::process::id()));
+        // Tests of one process run side by side.
+        static CALLS: AtomicUsize = AtomicUsize::new(0);
+        let call = CALLS.fetch_add(1, Ordering::Relaxed);
+        let folder = std::env::temp_dir().join(format!("rijke-doubts-{}-{call}", std::process::id()));
         std::fs::create_dir_all(&folder).unwrap();
         let [rig, table] = ["rig.toml", "modes.csv"].map(|f| folder.join(f));
         let tube = "name = \"tube\"\n[upstream]\ntype = \"closed\"\n[downstream]\ntype = \"open\"\n\
@@ -263,6 +269,7 @@ pub(super) mod tests {
         std::fs::write(&rig, tube).unwrap();
         std::fs::write(&table, "growth_rate,growth_rate_sd,frequency,frequency_sd\n-1,1,85,1\n").unwrap();
         let (study, _) = OneTable::read(&rig, &table).unwrap().study().unwrap();
+        std::fs::remove_dir_all(&folder).unwrap();
         let point = study.campaign.points[0].clone();
         let layout = study.rig.at(&point, 293.15).unwrap();
         let base = PointState::of_the_rig(&study.rig, &layout, &point, [293.15, 0.0]);
