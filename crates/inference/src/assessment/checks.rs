@@ -90,7 +90,8 @@ impl Posterior<'_> {
         let mut loud = fit.working.clone();
         loud[p + place] = LOUD[0].max(loud[p + place] + LOUD[1]);
         let hessian = |z: &[f64]| {
-            let parts = self.parts(z, Order::First).ok()?;
+            // With a floating noise, Gauss and Newton's matrix belongs to the second order.
+            let parts = self.parts(z, Order::Second).ok()?;
             Some(Matrix::from_fn(p, p, |i, j| parts.gauss_newton[(i, j)] + parts.prior[(i, j)]))
         };
         let (with, without) = (hessian(&fit.working)?, hessian(&loud)?);

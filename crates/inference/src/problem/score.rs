@@ -24,13 +24,11 @@ impl Prior {
             Self::HalfNormal { sd } if below < STRAIGHT => sd * FRAC_PI_2.sqrt() * below,
             Self::HalfNormal { sd } => -sd * normal_quantile(0.5 * above),
             Self::Truncated { mean, sd, low, high } => {
-                // In the tail that is farther from one, where the distribution keeps its digits.
                 let (l, h) = ((low - mean) / sd, (high - mean) / sd);
-                let standard = if l > 0.0 {
-                    -normal_quantile(above * normal_cdf(-l) + below * normal_cdf(-h))
-                } else {
-                    normal_quantile(above * normal_cdf(l) + below * normal_cdf(h))
-                };
+                // From the smaller of both tails, which keeps its digits.
+                let less = above * normal_cdf(l) + below * normal_cdf(h);
+                let more = above * normal_cdf(-l) + below * normal_cdf(-h);
+                let standard = if more < less { -normal_quantile(more) } else { normal_quantile(less) };
                 (mean + sd * standard).max(low).min(high)
             }
             Self::Flat => f64::NAN,

@@ -49,6 +49,9 @@ impl Nested {
 /// Most live points: more of them fill no memory with use.
 const MOST_LIVE: usize = 10_000_000;
 
+/// Of so many draws from the prior the model must have an answer at one.
+const MOST_DRAWN: usize = 10_000;
+
 struct Point {
     /// Standard normal coordinates of the prior.
     xi: Vec<f64>,
@@ -71,18 +74,17 @@ impl Sampler for Nested {
         }
         let mut stream = self.streams.stream("inference/nested");
         let mut calls = Calls::default();
-        let mut live = Vec::with_capacity(self.live);
-        while live.len() < self.live {
-            let xi: Vec<f64> = (0..target.size()).map(|_| stream.sample(StandardNormal)).collect();
-            let ln_likelihood = evaluate(target, &xi, &mut calls)?;
-            live.push(Point { xi, ln_likelihood });
-            if calls.value > self.max_evaluations {
-                return Ok(Integrated { finished: false, calls, ..Integrated::default() });
-            }
-        }
-        // ln of the remaining prior mass, of the evidence, and the sum for the information.
+        let Some(mut live) = self.drawn(target, &mut stream, &mut calls)? else {
+            return Ok(Integrated { finished: false, calls, ..Integrated::default() });
+        };
+        // The share of the prior at which the model has an answer, which holds the evidence: points without one
+        // are no plateau that could shrink step by step (Fowlie, Handley & Su 2021, MNRAS 503, 1199).
+        let (kept, drawn) = (self.live as f64, calls.value as f64);
+        let mut ln_mass = (kept / drawn).ln();
+        let error_of_mass = (1.0 / kept - 1.0 / drawn).max(0.0);
+        // The evidence, and the sum for the information.
         let shrink = 1.0 / self.live as f64;
-        let (mut ln_mass, mut ln_evidence, mut information) = (0.0_f64, f64::NEG_INFINITY, 0.0);
+        let (mut ln_evidence, mut information) = (f64::NEG_INFINITY, 0.0);
         let mut samples = Vec::new();
         let mut finished = true;
         let mut whole = directions(&live);
@@ -127,7 +129,7 @@ impl Sampler for Nested {
         let draws = resample(&samples, ln_evidence, self.live.max(1000), &mut stream);
         Ok(Integrated {
             ln_marginal: ln_evidence,
-            standard_error: (information.max(0.0) / self.live as f64).sqrt(),
+            standard_error: (information.max(0.0) / self.live as f64 + error_of_mass).sqrt(),
             information,
             draws: draws.iter().map(|xi| target.working(xi)).collect(),
             finished,
@@ -137,6 +139,34 @@ impl Sampler for Nested {
 }
 
 impl Nested {
+    /// Points drawn from the prior where the model has an answer; none where that takes too many evaluations.
+    fn drawn(
+        &self,
+        target: &dyn Target,
+        stream: &mut Stream,
+        calls: &mut Calls,
+    ) -> Result<Option<Vec<Point>>, InferenceError> {
+        let mut live = Vec::with_capacity(self.live);
+        while live.len() < self.live {
+            let xi: Vec<f64> = (0..target.size()).map(|_| stream.sample(StandardNormal)).collect();
+            let ln_likelihood = evaluate(target, &xi, calls)?;
+            if ln_likelihood > f64::NEG_INFINITY {
+                live.push(Point { xi, ln_likelihood });
+            }
+            if calls.value > self.max_evaluations {
+                return Ok(None);
+            }
+            if calls.value >= MOST_DRAWN && live.len() < calls.value / MOST_DRAWN {
+                let problem = format!(
+                    "the model has no answer at {} of {} numbers drawn from its prior; narrow the prior",
+                    calls.failed, calls.value
+                );
+                return Err(InferenceError::Sampler { sampler: "nested sampling", problem });
+            }
+        }
+        Ok(Some(live))
+    }
+
     /// A point drawn from the prior above `threshold`, by slice steps from `xi`.
     #[allow(clippy::too_many_arguments, reason = "the state of one walk, used in one place")]
     fn moved(

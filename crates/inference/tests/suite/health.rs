@@ -186,6 +186,14 @@ fn exact_failures_are_rows_or_errors_never_numbers() {
     let posterior = Posterior::new(&one, &data, &parameters).unwrap();
     let found = posterior.assess(&AssessOptions::default()).unwrap();
     warned(&found, "the noise of 'noise' (1 data) can hardly be estimated");
+    // As many data as parameters, all of which they tell.
+    let parameters = Parameters::new(["a", "b"].map(|n| normal(n, 0.0, 10.0)).to_vec()).unwrap();
+    let pair = Observation::new("d", vec![1.0, -2.0]).with_independent_noise(0, &[0, 1]);
+    let data = Data::new(vec![pair], vec![NoiseGroup::floated("noise", "1")]).unwrap();
+    let two = Linear(Matrix::identity(2));
+    let posterior = Posterior::new(&two, &data, &parameters).unwrap();
+    let found = posterior.assess(&AssessOptions::default()).unwrap();
+    warned(&found, "the noise of 'noise' (2 data) can hardly be estimated");
 
     let flat = Parameters::new(vec![Parameter::new("a", "a", "1", Prior::Flat)]).unwrap();
     let data = Data::new(vec![observation()], vec![NoiseGroup::fixed("noise", "1", 0.1)]).unwrap();

@@ -89,8 +89,8 @@ fn exact_every_prior_holds_unit_mass_in_every_coordinate() {
 
 #[test]
 fn exact_a_truncated_prior_is_its_own_mirror() {
-    // Bounds on either side of the mean, up to where a tail is lost beside 1.
-    for (low, high) in [(0.5, 2.0), (3.0, 5.0), (9.0, 10.0), (30.0, 31.0)] {
+    // Bounds on one side of the mean, up to where a tail is lost beside 1, and on both sides of it.
+    for (low, high) in [(0.5, 2.0), (3.0, 5.0), (9.0, 10.0), (30.0, 31.0), (-10.0, 490.0), (-0.3, 2.0)] {
         let right = Prior::Truncated { mean: 0.0, sd: 1.0, low, high };
         let left = Prior::Truncated { mean: 0.0, sd: 1.0, low: -high, high: -low };
         for z in [-3.0, -0.5, 0.0, 1.0, 2.5] {
@@ -100,6 +100,19 @@ fn exact_a_truncated_prior_is_its_own_mirror() {
             assert!(low < a[0] && a[0] < high, "{a:?}");
             assert_relative_eq!(right.score(a[0]), z, epsilon = 1e-9);
         }
+    }
+}
+
+/// Bounds that lie far from the mean change nothing: as far out as data may contradict a prior.
+#[test]
+fn exact_a_truncated_prior_with_far_bounds_is_the_normal_one() {
+    let wide = Prior::Truncated { mean: 0.2, sd: 0.02, low: -0.8, high: 10.0 };
+    let normal = Prior::Normal { mean: 0.2, sd: 0.02 };
+    for z in [-30.0, -12.0, -8.5, -7.0, -1.0, 0.0, 3.0, 6.5, 7.9, 8.1, 8.5, 12.0, 30.0] {
+        let (of, expected) = (wide.of_score(z), normal.of_score(z));
+        assert_relative_eq!(of[0], expected[0], max_relative = 1e-12);
+        assert_relative_eq!(of[1], expected[1], max_relative = 1e-9);
+        assert_relative_eq!(wide.score(of[0]), z, epsilon = 1e-9, max_relative = 1e-12);
     }
 }
 

@@ -86,6 +86,46 @@ fn exact_nested_sampling_states_its_own_error() {
     assert!(mean.abs() < 0.5 && (0.7..1.35).contains(&scatter), "{mean} {scatter} {pulls:.2?}");
 }
 
+/// A target that has the value 1 where its first number is below a bound, and no answer beyond.
+struct Half(f64);
+
+impl Target for Half {
+    fn size(&self) -> usize {
+        2
+    }
+    fn ln_likelihood(&self, xi: &[f64]) -> Result<f64, InferenceError> {
+        let failed = ForwardError::recoverable("no answer");
+        if xi[0] < self.0 { Ok(-0.5 * xi[1] * xi[1]) } else { Err(InferenceError::from(failed)) }
+    }
+    fn gradient(&self, xi: &[f64]) -> Result<(f64, Vec<f64>), InferenceError> {
+        Ok((self.ln_likelihood(xi)?, vec![0.0, -xi[1]]))
+    }
+    fn working(&self, xi: &[f64]) -> Vec<f64> {
+        xi.to_vec()
+    }
+}
+
+/// The evidence is Phi(bound) / sqrt(2), wherever the model has an answer.
+#[test]
+fn exact_nested_sampling_counts_the_prior_at_which_the_model_fails() {
+    for (bound, share) in [(0.0, 0.5), (-1.281_551_565_5, 0.1)] {
+        let exact = f64::ln(share) - 0.5 * std::f64::consts::LN_2;
+        let pulls: Vec<f64> = (0..40)
+            .map(|seed| {
+                let nested = Nested::with_error(0.2, 1.0, 2, Streams::new(seed));
+                let found = nested.integrate(&Half(bound)).unwrap();
+                (found.ln_marginal - exact) / found.standard_error
+            })
+            .collect();
+        let mean = pulls.iter().sum::<f64>() / 40.0;
+        let scatter = (pulls.iter().map(|p| p * p).sum::<f64>() / 40.0).sqrt();
+        assert!(mean.abs() < 0.5 && (0.6..1.4).contains(&scatter), "{share}: {mean} {scatter} {pulls:.2?}");
+    }
+    let nested = Nested::with_error(0.2, 1.0, 2, Streams::new(1));
+    let never = nested.integrate(&Half(f64::NEG_INFINITY)).unwrap_err().to_string();
+    assert!(never.contains("no answer at 10000 of 10000"), "{never}");
+}
+
 /// Slopes of the target against central differences, with every kind of prior and an inferred noise.
 #[test]
 fn oracle_gradient_of_the_target() {
