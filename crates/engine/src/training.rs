@@ -295,12 +295,21 @@ impl Fitting<'_> {
                 let odds = |share: f64| share / found.maxima[0].share;
                 let others = found.maxima.iter().skip(1).filter(|m| odds(m.share) >= IMPROBABLE);
                 elsewhere.extend(others.map(|m| (odds(m.share), m.fit.parameters[..own].to_vec())));
-                // A sampler that was asked has the evidence.
-                if let (Ok(_), Err(why), None) = (&found.laplace, &found.evidence, &found.health.sampler) {
-                    let model = self.assembly.ids().join(" + ");
-                    return Err(EngineError::NoEvidence { model, why: why.clone() });
-                }
                 let mut health = found.health;
+                // Where the checks refuse Laplace's evidence, a sampler that was asked and ended has it.
+                let evidence = match (found.evidence, &found.laplace, &health.sampler) {
+                    (Ok(evidence), ..) => Some(evidence),
+                    (Err(_), Ok(laplace), Some(by)) if by.finished => Some(Evidence {
+                        ln_marginal: by.ln_marginal,
+                        ln_occam: by.ln_marginal - laplace.evidence.ln_best_fit,
+                        ..laplace.evidence
+                    }),
+                    (Err(why), Ok(_), _) => {
+                        let model = self.assembly.ids().join(" + ");
+                        return Err(EngineError::NoEvidence { model, why });
+                    }
+                    (Err(_), Err(_), _) => None,
+                };
                 if !checks.scans.is_empty() {
                     // One whose parameters are those of the best differs by a noise that floats.
                     let near = health
@@ -309,7 +318,7 @@ impl Fitting<'_> {
                         .filter(|other| other.below < NAMED.1 && !other.is_heavy() && other.is_elsewhere());
                     health.warnings.extend(near.take(NAMED.0).map(ToString::to_string));
                 }
-                (found.fit, found.laplace.ok(), found.evidence.ok(), health.warnings, health.sampler)
+                (found.fit, found.laplace.ok(), evidence, health.warnings, health.sampler)
             }
         };
         let laplace: Laplace = laplace.map_or_else(|| posterior.laplace(&fit), Ok)?;

@@ -1,7 +1,7 @@
 //! The truth of the virtual laboratory: every value that its physics and its instruments use, each with a
 //! source in `crates/lab/data/truth.toml`. None of them is written into records.
 
-use rijke_numerics::words::of_toml;
+use rijke_numerics::words::{line_of, of_toml};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 use thiserror::Error;
@@ -312,7 +312,7 @@ impl Truth {
     fn parse(text: &str, path: &Path) -> Result<Self, LabError> {
         let truth: Self = toml::from_str(text).map_err(|error| LabError::Truth {
             path: path.to_owned(),
-            line: 1 + error.span().map_or(0, |span| text[..span.start].matches('\n').count()),
+            line: line_of(text, error.span().map_or(0, |span| span.start)),
             message: of_toml(error.message()),
         })?;
         truth.validate()?;

@@ -95,6 +95,12 @@ pub fn nearest<'a>(name: &str, known: &[&'a str]) -> Option<&'a str> {
     (distance <= allowed).then_some(best)
 }
 
+/// The line, from 1, of an offset in bytes.
+#[must_use]
+pub fn line_of(text: &str, offset: usize) -> usize {
+    1 + text.bytes().take(offset).filter(|b| *b == b'\n').count()
+}
+
 /// What a reader of TOML says, in words of the file: keys and values, the nearest known one, and all known
 /// ones.
 #[must_use]

@@ -59,12 +59,6 @@ pub enum RigError {
         /// Where they would be.
         data: Elsewhere,
     },
-    /// An output folder that already holds something.
-    #[error("{}: exists already; choose another folder or remove this one", path.display())]
-    Exists {
-        /// Which folder.
-        path: PathBuf,
-    },
     /// A folder without the file that makes it a record set.
     #[error(
         "{}: no such file, so {} is not a record set (or its writing was interrupted); a record set is written by \

@@ -2,7 +2,7 @@
 
 use crate::error::RigError;
 use crate::problem::Problem;
-use rijke_numerics::words::of_toml;
+use rijke_numerics::words::{line_of, of_toml};
 use rijke_numerics::{Classify, Failed};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -28,7 +28,7 @@ pub fn parse_toml<T: DeserializeOwned>(text: &str, path: &Path) -> Result<T, Rig
         let before = text.get(..offset).unwrap_or("");
         RigError::Syntax {
             path: path.to_owned(),
-            line: 1 + before.matches('\n').count(),
+            line: line_of(text, offset),
             column: 1 + before.rsplit('\n').next().map_or(0, |line| line.chars().count()),
             message: of_toml(error.message()),
         }

@@ -2,7 +2,7 @@
 
 use crate::{figure, number, ui::Ui};
 use rijke_draw::plot_svg;
-use rijke_engine::folder::{Ranked, condition, grid, of_the_engine, warn_of_missing};
+use rijke_engine::folder::{Ranked, condition, grid, of_the_engine, warn_of_ranking};
 use rijke_engine::run::{
     Aim, AskedPoint, MicrophoneChoice, MicrophoneTable, Next, Step, Suggestion, Wish, microphones, next,
     over_map, with_points,
@@ -102,7 +102,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failed> {
         print_microphones(ui, &found);
         return ui.result(&found);
     }
-    warn_of_missing(dir, &stage.id, ui);
+    warn_of_ranking(dir, &stage.id, ui);
     let found = next(&study, &observed, &model, &rivals, &wish).map_err(wrong)?;
     if let Some(path) = &args.plot {
         figure::write(path, &plot_svg(&found.plot(&study.campaign, observed.kind)), ui)?;

@@ -17,4 +17,12 @@ pub enum TwoReadings {
          of the two readings differ. Excite one of the modes alone, or record more microphones at less noise"
     )]
     TwoModes(f64),
+    /// The damping at the end of the forcing is by this share, with its standard deviation, below that at small
+    /// amplitude.
+    #[error(
+        "the amplitude falls more slowly at first than later: the damping at the end of the forcing is {:.1} +- {:.1} % below that at small amplitude. A loudspeaker that \
+         dies away slowly does that, and then no growth rate can be told: switch it off by a relay. If nothing drives the rig, excite it more weakly",
+        100.0 * .0, 100.0 * .1
+    )]
+    SlowAtFirst(f64, f64),
 }

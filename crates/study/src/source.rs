@@ -1,7 +1,7 @@
 //! The text of a file, and where in it something stands.
 
 use crate::{StudyError, StudyProblem};
-use rijke_numerics::words::of_toml;
+use rijke_numerics::words::{line_of, of_toml};
 use serde::de::DeserializeOwned;
 use std::ops::Range;
 use std::path::Path;
@@ -67,7 +67,7 @@ impl Source {
 
     /// Line of an offset in bytes, from 1.
     pub(crate) fn line(&self, at: usize) -> usize {
-        1 + self.text.as_bytes().iter().take(at).filter(|b| **b == b'\n').count()
+        line_of(&self.text, at)
     }
 
     /// The first place behind `at` where a line gives `key`, or `at`.

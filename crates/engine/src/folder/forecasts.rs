@@ -1,6 +1,6 @@
 //! What is said and tabled of predictions.
 
-use super::results::warn_of_missing;
+use super::results::warn_of_ranking;
 use crate::run::{AskedPoint, Averaged, Forecast, OpenModel, at_other_maxima, beyond};
 use crate::{BeyondTable, SavedModel};
 use rijke_numerics::words::{rounded, to_digits};
@@ -31,7 +31,7 @@ impl Forecasts<'_> {
                 if study.plan.responses.is_empty() { "; `rijke search` weighs all combinations" } else { "" };
             tell.note(format!("warning: this model depends on an undecided choice. {assumed}{search}"));
         }
-        warn_of_missing(&study.folder, &model.stage, tell);
+        warn_of_ranking(&study.folder, &model.stage, tell);
         if model.trained_on.is_empty() {
             tell.note(
                 "no mode was measured at the points of this stage. Its model is that of the earlier stages, and modes are numbered from the lowest frequency. \

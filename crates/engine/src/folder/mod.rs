@@ -23,7 +23,7 @@ pub use modes::{ByNoise, FoundModes, ModeLine};
 pub use rank::{Foresee, RankOptions, rank};
 pub use response_forecasts::RankedResponses;
 pub use responses::{ResponseData, ResponseResults, rank_responses};
-pub use results::{Ranked, Results, kept, known_stage, rival_of, warn_of_missing};
+pub use results::{Ranked, Results, kept, known_stage, rival_of, warn_of_ranking};
 pub use study::{
     FILES_NAMED, doubts_of, is_measured, observations, of_modes, of_the_engine, open_study, warn_of_copies,
     warn_of_left_out, warn_of_records, warn_of_study, without_responses,

@@ -81,6 +81,9 @@ impl RankedResponses {
         for said in self.ground.assumes.iter().chain(&undecided) {
             tell.note(format!("warning: this model stands on a choice that is not decided. {said}"));
         }
+        for said in self.ground.models.first().iter().flat_map(|best| &best.doubts) {
+            tell.note(format!("warning: `rijke rank` said of this model: {said}"));
+        }
         if let Some(said) = self.ground.other_maxima() {
             tell.note(format!("warning: {said}"));
         }

@@ -2,7 +2,7 @@
 
 use super::study::{observations, open_study, warn_of_study};
 use crate::SavedModel;
-use crate::run::{Answer, Judgement, OpenModel, StageRecord};
+use crate::run::{Answer, Checks, Judgement, OpenModel, StageRecord};
 use rijke_numerics::{Classify, Failed, Tell, write_within};
 use rijke_study::plan::{Plan, Stage};
 use rijke_study::{ObservedModes, Study};
@@ -89,10 +89,16 @@ pub(crate) fn rank_first(dir: &Path) -> String {
     format!("Run `rijke rank {}` first, again if the study has changed.", dir.display())
 }
 
-/// Says again what a stage lacks by its ranking, beside numbers that take its model for complete.
-pub fn warn_of_missing(dir: &Path, stage: &str, tell: &dyn Tell) {
+/// Says again what speaks against a stage by its ranking, beside numbers that take its model for right.
+pub fn warn_of_ranking(dir: &Path, stage: &str, tell: &dyn Tell) {
     // Results of an older version may lack the file.
     let Ok(record) = kept::<StageRecord>(dir, "numbers", &format!("stage-{stage}")) else { return };
+    let chosen = record.models.iter().find(|m| m.id == record.chosen);
+    let remarks = chosen.iter().flat_map(|m| m.remarks()).map(str::to_owned);
+    let checks = record.checks.iter().flat_map(Checks::doubts);
+    for said in record.missed.iter().cloned().chain(remarks).chain(checks) {
+        tell.note(format!("warning: `rijke rank` said of this model: {said}"));
+    }
     if let Some(family) = record.missing.as_ref().and_then(|missing| missing.required().next()) {
         tell.note(format!(
             "warning: `rijke rank` found that the data require a further term in this model ({}); these predictions assume a complete model, and their standard deviations are too small",

@@ -8,6 +8,7 @@ use super::{LENGTH_OF_MISFIT, MISFIT, NOISE};
 use crate::gaussian::{LARGEST, is_covariance};
 use crate::noise::{Added, LawError};
 use crate::run::EvidenceRecord;
+use crate::told::reasons;
 use crate::{EngineError, NamedGaussian};
 use rijke_inference::{Maximum, NoiseEstimate};
 use rijke_numerics::Matrix;
@@ -58,6 +59,9 @@ pub struct GroundModel {
     beside: Vec<GroundMaximum>,
     /// The misfit of a law that was measured by itself, as an error of that law.
     pub law: Option<LawError>,
+    /// What was said of it where its residuals are no noise, a sentence each.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub doubts: Vec<String>,
 }
 
 /// A further maximum of the posterior of such a model.
@@ -120,6 +124,7 @@ impl Ground {
                 names: known.names,
                 mean: known.mean,
                 law,
+                doubts: reasons(&m.remark).filter(|_| m.too_sure).map(str::to_owned).collect(),
             })
         };
         let mut models: Vec<GroundModel> = stage.models.iter().zip(found).filter_map(model).collect();

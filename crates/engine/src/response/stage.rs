@@ -20,7 +20,9 @@ use crate::run::{EvidenceRecord, TrainedParameter};
 use crate::{Assembly, EngineError, NamedGaussian};
 use rayon::prelude::*;
 use rijke_inference::{Parameter, Parameters};
+use rijke_numerics::tails::student_of;
 use rijke_numerics::{C64, InOrder, TwoPart};
+use rijke_study::plan::SdSpec;
 use rijke_study::responses::{ResponseKind, ResponseStage, Responses as Observed};
 use rijke_study::{Candidate, Cause, ErrorTerm, Study};
 use std::borrow::Cow;
@@ -238,6 +240,9 @@ impl ResponseRun {
         let names = &self.study.rig.microphones.names;
         let mistaken = || mistaken(&training, data, names, [evidence.ln_marginal, left.share]);
         remarks.extend(left.remarks(stage, measured, &mistaken));
+        let told = record.parameters.iter().filter(|p| !p.is_as_before()).count();
+        let numbers: usize = measured.iter().map(|m| 2 * m.values.len()).sum();
+        remarks.extend(few(numbers, told).filter(|_| !matches!(stage.noise, SdSpec::Fixed(_))));
         remarks.extend(untold(&record.parameters[..assembly.parameters().len()], data));
         record.predicted = found.answers.iter().map(|a| pairs(a)).collect();
         record.heard = left.heard.iter().map(|a| pairs(a)).collect();
@@ -337,4 +342,40 @@ pub(super) fn unlearned(assembly: &Assembly, of: &Responses<'_>) -> Result<Param
 
 fn pairs(values: &[C64]) -> Vec<[f64; 2]> {
     values.iter().map(|z| [z.re, z.im]).collect()
+}
+
+/// What few data make of standard deviations whose noise they chose, in a sentence; none where that is less
+/// than a tenth. With n numbers and q parameters that they tell, the most probable variance of the noise is
+/// too small by (n - q)/n, and the errors have Student's t of n - q degrees of freedom.
+fn few(numbers: usize, told: usize) -> Option<String> {
+    let (n, q) = (numbers as f64, told as f64);
+    let freedom = (n - q).max(1.0);
+    let times = (n / freedom).sqrt() * 0.5 * student_of(2.0, freedom);
+    (told > 0 && times > FEW).then(|| {
+        format!(
+            "{numbers} real numbers tell {told} parameters and the noise: standard deviations are about {times:.1} times too small; measure at more frequencies, or state \
+             the noise"
+        )
+    })
+}
+
+/// Standard deviations that are so many times too small are said.
+const FEW: f64 = 1.1;
+
+#[cfg(test)]
+mod tests {
+    use super::few;
+
+    /// Six numbers and three parameters, whose two standard deviations missed the truth in a third of data sets:
+    /// root two times half of 3.3.
+    #[test]
+    fn message_few_numbers_are_said() {
+        let said = few(6, 3).unwrap();
+        assert!(
+            said.contains("6 real numbers tell 3 parameters") && said.contains("about 2.3 times"),
+            "{said}"
+        );
+        assert_eq!(few(60, 3), None);
+        assert_eq!(few(6, 0), None);
+    }
 }

@@ -3,11 +3,14 @@
 //! And days that scatter more than their points: an error that the points of a day share.
 
 use crate::{Conditions, Observed};
-use rijke_numerics::tails::f_as_normal;
+use rijke_numerics::tails::{f_as_normal, student_of};
 use std::collections::BTreeMap;
 
 /// Difference from all others, over its standard error, that is said.
 const APART: f64 = 6.0;
+
+/// The same among groups that vary, as rare as a normal number beyond this.
+const AMONG_FEW: f64 = 4.0;
 
 /// The part of a frequency that it must be: 0.1 % is 0.6 K.
 const LEAST: f64 = 1e-3;
@@ -34,7 +37,7 @@ pub(super) struct Apart<'a> {
     frequencies: bool,
     /// By how much it lies higher than the others: a part of the frequency, or 1/s.
     higher: f64,
-    /// The same over its standard error.
+    /// The same, as a multiple of a standard error of which [`APART`] is said.
     distance: f64,
     /// Mean ambient temperature of its points, K.
     ambient: f64,
@@ -91,7 +94,8 @@ impl Common {
                 [&here, &others].map(|part| mean_and_squares(part.iter().map(|t| (t.1 - t.2) / unit(t))));
             let freedom = (there.len() - 2) as f64;
             let spread = ((own[1] + all[1]) / freedom).sqrt().max(sd / size);
-            let mut error = spread * (1.0 / here.len() as f64 + 1.0 / others.len() as f64).sqrt();
+            let error = spread * (1.0 / here.len() as f64 + 1.0 / others.len() as f64).sqrt();
+            let mut limit = APART * error;
             if vary {
                 let mean = |of: Vec<Held<'_>>| mean_and_squares(of.iter().map(|t| (t.1 - t.2) / unit(t)))[0];
                 let means: Vec<f64> = self.groups(others.iter().copied()).into_values().map(mean).collect();
@@ -99,7 +103,10 @@ impl Common {
                     return None;
                 }
                 let [_, squares] = mean_and_squares(means.iter().copied());
-                error = error.max((squares / (means.len() - 1) as f64).sqrt());
+                // A further group about the mean of these, which tell their scatter with few degrees of freedom.
+                let (n, freedom) = (means.len() as f64, (means.len() - 1) as f64);
+                let own = (squares / freedom * (1.0 + 1.0 / n)).sqrt();
+                limit = limit.max(own * student_of(AMONG_FEW, freedom));
             }
             let mut points: Vec<&str> = here.iter().map(|t| t.0.conditions.id.as_str()).collect();
             points.dedup();
@@ -108,7 +115,7 @@ impl Common {
             let higher = own[0] - all[0];
             // An error of the temperature that is stated explains half of it in frequency.
             let least = if frequencies { LEAST.max(0.5 * STATED * stated / ambient) } else { 0.0 };
-            let distance = higher.abs() / error;
+            let distance = APART * higher.abs() / limit;
             (distance > APART && higher.abs() > least).then_some(Apart {
                 common: self,
                 name,
@@ -228,7 +235,7 @@ impl Apart<'_> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Common, Held};
+    use super::{Common, Held, student_of};
     use crate::Observed;
     use crate::run::doubts::tests::points;
     use std::sync::Arc;
@@ -278,8 +285,9 @@ mod tests {
             Common::Installation.apart(&there, 0.01, false, vary).map(|found| found.distance)
         };
         assert!(distance(4.0, false).is_none_or(|d| d < 8.0));
-        assert_eq!(distance(4.0, true), None);
-        // Their standard deviation is root 4/3.
-        assert!((distance(8.0, true).unwrap() - 8.0 / (4.0_f64 / 3.0).sqrt()).abs() < 1e-9);
+        // Their standard deviation is root 4/3, and a fifth one scatters about their mean by root 5/4 times it.
+        let limit = (5.0_f64 / 3.0).sqrt() * student_of(4.0, 3.0);
+        assert_eq!(distance(0.99 * limit, true), None);
+        assert!((distance(1.01 * limit, true).unwrap() - 6.06).abs() < 1e-9);
     }
 }

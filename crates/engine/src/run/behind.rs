@@ -5,16 +5,20 @@ use super::record::StageRecord;
 
 /// The models, by name, ln evidence and parameters, that a prior keeps from the first place, a sentence each:
 /// the data contradict the prior of a parameter, and without its penalty, half the square of the distance,
-/// the model would lead.
+/// the model would lead, even if the leader were freed of such penalties too.
 pub(crate) fn behind_by_a_prior(models: &[(&str, Option<f64>, &[TrainedParameter])]) -> Vec<String> {
     let best = models.iter().filter_map(|m| m.1).fold(f64::NEG_INFINITY, f64::max);
+    let paid = |parameters: &[TrainedParameter]| -> f64 {
+        parameters.iter().filter_map(TrainedParameter::conflict).map(|z| 0.5 * z * z).sum()
+    };
+    let by_the_leader = models.iter().find(|m| m.1 == Some(best)).map_or(0.0, |m| paid(m.2));
     let one = |(id, evidence, parameters): &(&str, Option<f64>, &[TrainedParameter])| {
         let behind = best - (*evidence)?;
         let far: Vec<(&TrainedParameter, f64)> =
             parameters.iter().filter_map(|p| Some((p, p.conflict()?))).collect();
-        let penalty: f64 = far.iter().map(|(_, z)| 0.5 * z * z).sum();
+        let penalty = paid(parameters);
         let (p, z) = far.iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
-        (behind > 0.0 && penalty > behind).then(|| {
+        (behind > 0.0 && penalty - by_the_leader > behind).then(|| {
             format!(
                 "only its priors put {id} {behind:.1} nats behind: the data move {} by {z:.1} sd of its prior, which costs about {penalty:.0} nats; check that \
                  prior",
@@ -53,6 +57,9 @@ mod tests {
         // The first place is lost by less than 22^2/2 nats.
         let behind = |by: f64| behind_by_a_prior(&[("b", Some(0.0), &near), ("a", Some(-by), &far)]).len();
         assert_eq!([behind(241.0), behind(243.0)], [1, 0]);
+        // Not where the leader contradicts the same prior as much.
+        let leader = [TrainedParameter::of(&Parameter::new("a", "a", "1", prior), 0.65, 0.003)];
+        assert!(behind_by_a_prior(&[("b", Some(10.0), &leader), ("a", Some(-9.0), &far)]).is_empty());
         // Not where it leads, where the data decide, or without evidence.
         assert!(behind_by_a_prior(&[("b", Some(10.0), &near), ("a", Some(20.0), &far)]).is_empty());
         assert!(

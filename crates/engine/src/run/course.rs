@@ -65,6 +65,11 @@ pub(super) struct Elsewhere {
 }
 
 impl Chosen {
+    /// The model's own parameters at the maximum that was ranked.
+    pub(super) fn best(&self) -> &[f64] {
+        &self.trained.values[..self.trained.own]
+    }
+
     /// Its candidates by their roles, without what the rig itself says.
     pub(super) fn choice(&self) -> Choice {
         let own = self.assembly.candidates().iter().filter(|c| c.role != "rig");

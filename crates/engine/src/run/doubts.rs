@@ -98,7 +98,7 @@ pub(super) fn doubts(
         let of_a_group = |found: &Outlying<'_>| {
             apart.iter().any(|group| found.points.iter().all(|t| group.has(&t.0.conditions.id)))
         };
-        let outlying = outlying(&there, sd).filter(|found| !of_a_group(found));
+        let outlying = outlying(&there, k).filter(|found| !of_a_group(found));
         all.extend(outlying.map(|found| found.said(what, shown)));
         all.extend(apart.iter().map(|group| group.said(what, shown)));
         all.extend(scattered_days(&there, sd, &apart, installations_vary).filter(|_| frequencies));
@@ -161,27 +161,35 @@ fn one_mode_twice(observed: &[Observed], predicted: &[[f64; 2]]) -> Option<Strin
 /// Points that lie far from a model that fits all others.
 struct Outlying<'a> {
     points: Vec<Held<'a>>,
-    /// Residual of the others, root mean square.
-    others: f64,
+    /// The least of their residuals over what its own error and the scatter of the others explain.
+    least: f64,
     exchanged: bool,
 }
 
-/// The fewest points whose residuals are far beyond those of all others, of which `sd` is the measured error.
-fn outlying<'a>(there: &[Held<'a>], sd: f64) -> Option<Outlying<'a>> {
+/// The fewest points whose residuals of growth rates (0) or angular frequencies (1) are far beyond their own
+/// errors and what all others scatter by beyond theirs.
+fn outlying<'a>(there: &[Held<'a>], k: usize) -> Option<Outlying<'a>> {
     let residual = |t: &Held<'_>| (t.1 - t.2).abs();
+    let error = |t: &Held<'_>| measured_sd(std::slice::from_ref(t.0), k);
+    // First those that are farthest for their error, beside the scatter of half of all.
+    let mut squares: Vec<f64> = there.iter().map(|t| residual(t).powi(2) - error(t).powi(2)).collect();
+    squares.sort_by(f64::total_cmp);
+    let typical = squares[squares.len() / 2].max(0.0);
+    let far = |t: &Held<'_>| residual(t) / (error(t).powi(2) + typical).sqrt();
     let mut order = there.to_vec();
-    order.sort_by(|a, b| residual(b).total_cmp(&residual(a)));
+    order.sort_by(|a, b| far(b).total_cmp(&far(a)));
     let of = |count: usize| {
         let (points, rest) = order.split_at(count);
-        let others =
-            (rest.iter().map(|t| residual(t).powi(2)).sum::<f64>() / rest.len() as f64).sqrt().max(sd);
-        let least = residual(&points[count - 1]) / others;
+        let beyond: f64 = rest.iter().map(|t| residual(t).powi(2) - error(t).powi(2)).sum();
+        let beyond = (beyond / rest.len() as f64).max(0.0);
+        let allowed = |t: &Held<'_>| (error(t).powi(2) + beyond).sqrt();
+        let least = points.iter().map(|t| residual(t) / allowed(t)).fold(f64::INFINITY, f64::min);
         let exchanged = match points {
-            [a, b] => [a.1 - b.2, b.1 - a.2].iter().all(|r| r.abs() < EXCHANGED[1] * others),
+            [a, b] => [(a, b), (b, a)].iter().all(|(a, b)| (a.1 - b.2).abs() < EXCHANGED[1] * allowed(a)),
             _ => false,
         };
         let far = least > ALONE || (exchanged && least > EXCHANGED[0]);
-        far.then(|| Outlying { points: points.to_vec(), others, exchanged })
+        far.then(|| Outlying { points: points.to_vec(), least, exchanged })
     };
     (1..=few(there.len())).find_map(of)
 }
@@ -206,14 +214,14 @@ impl Outlying<'_> {
             true => format!("{} (mode {})", t.0.conditions.id, t.0.mode.label),
             false => t.0.conditions.id.clone(),
         });
-        let least = self.points.last().map_or(0.0, |t| (t.1 - t.2).abs() / self.others);
+        let least = self.least;
         match &self.points[..] {
             [one] => format!(
-                "{names} alone lies {} from the model in its {what}, {least:.0} times what the others do: check that point",
+                "{names} alone lies {} from the model in its {what}, {least:.0} times what its error and the scatter of the others explain: check that point",
                 shown((one.1 - one.2).abs())
             ),
             _ => format!(
-                "{names} lie {} from the model in their {what}, {least:.0} times what the others do and more: {}",
+                "{names} lie {} from the model in their {what}, at least {least:.0} times what their errors and the scatter of the others explain: {}",
                 list(&|t| shown(t.1 - t.2)),
                 if self.exchanged {
                     "exchanged with each other they fit; check whether their rows or records were exchanged"

@@ -1,7 +1,7 @@
 //! What earlier stages know of a model, trained again where one of its candidates is not the one that they
 //! chose.
 
-use super::course::{Chosen, Elsewhere, Run, StandsOn};
+use super::course::{Chosen, Elsewhere, Run, StandsOn, Trusted};
 use super::maxima::combined;
 use crate::rows::{Choice, Row};
 use crate::{EngineError, NamedGaussian, Observed};
@@ -69,8 +69,7 @@ impl<'a> Earlier<'a> {
         let stage = &self.run.study.plan.stages[place];
         let there = |m: &Elsewhere| {
             let there = Chosen { known: m.known.clone(), ..chosen.clone() };
-            let found =
-                self.run.trained_again(stage, &stage.noise, &there, &chosen.observed, Some(m.at.clone()));
+            let found = self.run.trained_again(stage, &stage.noise, &there, &chosen.observed, &m.at);
             Some((m.odds, found.ok()?.gaussian()))
         };
         let mut all = vec![(1.0, chosen.trained.gaussian())];
@@ -109,7 +108,12 @@ impl<'a> Earlier<'a> {
         let points = super::inputs::selected(&self.run.study, &self.run.observed, &stage.points);
         let stands_on = self.of(stage, choice, &points)?;
         let row = Row { own: Vec::new(), choice: choice.clone() };
-        let found = self.run.train_row(stage, &row, stands_on, super::Trusted::Laplace)?;
+        // Other maxima are looked for as in the table, unless nothing is.
+        let trusted = match self.run.trusted {
+            Trusted::Laplace => Trusted::Laplace,
+            _ => Trusted::Searched,
+        };
+        let found = self.run.train_row(stage, &row, stands_on, trusted)?;
         self.trained.insert(key.clone(), found.clone());
         Ok(found)
     }

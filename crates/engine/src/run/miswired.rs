@@ -95,7 +95,15 @@ impl Run {
                 wiring.change(o, reference)
             }
         };
-        let gain = self.gain(stage, row, found, &put_right)?;
+        // Densities are of the numbers that were written: with another microphone as reference, n pressures are
+        // those over one of them, z, with the Jacobian |z|^(-2 (n + 1)).
+        let jacobian = |o: &Observed| {
+            let (right, scale) = wiring.put_right(&o.mode.pressures, reference)?;
+            Some(-2.0 * (right.len() + 1) as f64 * scale.norm().ln())
+        };
+        let changed = found.observed.iter().filter(|o| at.holds(o));
+        let jacobian: f64 = changed.filter_map(jacobian).sum();
+        let gain = self.gain(stage, row, found, &put_right)?.map(|gain| gain + jacobian);
         let name = |m: usize| &self.rig.microphones.names[m];
         Ok(gain.filter(|gain| *gain > LEADS).map(|gain| match wiring {
             Wiring::Exchanged([a, b]) => format!(

@@ -260,11 +260,11 @@ impl Run {
         spec: &NoiseSpec,
         chosen: &Chosen,
         points: &[Observed],
-        start: Option<Vec<f64>>,
+        start: &[f64],
     ) -> Result<Trained, EngineError> {
         let noise = Noise { law: self.law_of(stage, spec, &chosen.choice())?, ..self.noise(spec)? };
         let mut training = self.training(stage, noise, chosen.known.to_vec(), Trusted::Laplace);
-        training.search.start = start;
+        training.search.start = Some(start.to_vec());
         train(&chosen.assembly, points, &training)
     }
 

@@ -29,7 +29,7 @@ struct Reading {
     read: fn(f64, f64) -> [f64; 2],
 }
 
-const READINGS: [Reading; 8] = [
+const READINGS: [Reading; 9] = [
     Reading { column: "decay rates", growth_rate: "minus the number", sign: 1.0, read: |x, _| [-x, -1.0] },
     Reading {
         column: "widths at half power in Hz",
@@ -66,6 +66,12 @@ const READINGS: [Reading; 8] = [
         growth_rate: "half of the number",
         sign: -1.0,
         read: |x, _| [0.5 * x, 0.5],
+    },
+    Reading {
+        column: "growth rates over pi, in Hz: widths at half power with a minus",
+        growth_rate: "pi times the number",
+        sign: -1.0,
+        read: |x, _| [PI * x, PI],
     },
     Reading {
         column: "growth rates over 2 pi, in Hz",

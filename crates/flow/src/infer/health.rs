@@ -16,7 +16,7 @@ pub struct FlowHealth {
     pub bins: usize,
     /// Names of unknowns whose posterior sd exceeds 0.7 of the prior sd: the data do not identify them.
     pub unidentified: Vec<String>,
-    /// Names of unknowns further than 2.5 prior sd from the centre: the prior bounds them, not the data.
+    /// Names of unknowns further than 2.5 prior sd from the centre: at a bound of the prior, or against it.
     pub at_bound: Vec<String>,
     /// What the readings say of closures that handbooks leave open; empty where these are inferred.
     #[serde(default)]
@@ -52,7 +52,7 @@ pub enum FlowWarning {
         /// Distance in sd.
         z: f64,
     },
-    /// An unknown is held by its prior's bound.
+    /// An unknown lies at a bound of its prior, or far from its centre.
     AtBound {
         /// Its name.
         name: String,

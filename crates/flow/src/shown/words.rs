@@ -73,7 +73,9 @@ fn of_warning(warning: &FlowWarning) -> String {
             "the readings prefer {name} = {preferred:.3} to {value:.3} ({:.1} sd): this closure, or what looks like it, is wrong",
             z.abs()
         ),
-        FlowWarning::AtBound { name } => format!("{name} is held by the bound of its prior"),
+        FlowWarning::AtBound { name } => format!(
+            "{name} lies in the outermost 1 % of its prior, or at its bound: the readings contradict that prior"
+        ),
         FlowWarning::NotConverged => "the search for the most probable unknowns gave up".into(),
     }
 }
@@ -101,7 +103,7 @@ mod tests {
         let said = words(&run);
         assert_eq!((said.len(), said[0].as_str()), (4, "heater at 0.25 m"));
         assert!(said[1].starts_with("  2 runs of members failed"), "{said:?}");
-        assert!(said[3].ends_with("h_o is held by the bound of its prior"), "{said:?}");
+        assert!(said[3].ends_with("h_o lies in the outermost 1 % of its prior, or at its bound: the readings contradict that prior"), "{said:?}");
         assert!(together(&[run.clone(), run]).is_empty());
         let ramp = SettlingReport { ramp: "up".into(), power_w: 60.0, time_s: 900.0, after_s: Some(600.0) };
         assert!(settles(&ramp).contains("settles in about 10 minutes after 900 s"));

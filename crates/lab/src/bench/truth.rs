@@ -5,7 +5,7 @@ use super::error::BenchError;
 use super::parts::{BranchTruth, ObstacleTruth};
 use super::response::SourceTruth;
 use super::value::Value;
-use rijke_numerics::words::of_toml;
+use rijke_numerics::words::{line_of, of_toml};
 use rijke_rig::Gas;
 use serde::Deserialize;
 use std::path::Path;
@@ -139,7 +139,7 @@ impl Truth {
     pub(crate) fn parse(text: &str, path: &Path) -> Result<Self, BenchError> {
         let truth: Self = toml::from_str(text).map_err(|error| BenchError::Truth {
             path: path.to_owned(),
-            line: 1 + error.span().map_or(0, |span| text[..span.start].matches('\n').count()),
+            line: line_of(text, error.span().map_or(0, |span| span.start)),
             message: of_toml(error.message()),
         })?;
         let (reference, count) = (truth.microphones.reference, truth.microphones.at.len());

@@ -2,7 +2,7 @@
 
 use super::assembly::{Assembly, Attached, Carried, Redraw};
 use super::error::FileError;
-use super::item::{Item, line_of, line_of_table};
+use super::item::{Item, line_of_table};
 use super::layout::{Placed, SAME, place};
 use super::odd::{at_rest, overlapping, twins};
 use super::problem::ElementProblem;
@@ -16,6 +16,7 @@ use crate::flow_chain::{FlowChain, FlowEnd};
 use crate::laws::{LawSet, Table};
 use crate::plane::region::Region;
 use crate::slot::Slot;
+use rijke_numerics::words::line_of;
 use std::f64::consts::PI;
 
 /// A network with its laws, and where to look for modes.

@@ -127,7 +127,9 @@ impl Built {
         match (quantity, &self.flow) {
             (DrivenQuantity::Port(_), None) => {
                 let r = network.reflection_at(laws, s, from, value, &mut work)?.value();
-                Ok(vec![(1.0 + r) / (1.0 - r), r])
+                // A rigid end has no finite impedance.
+                let z = if r == C64::ONE { C64::new(f64::INFINITY, 0.0) } else { (1.0 + r) / (1.0 - r) };
+                Ok(vec![z, r])
             }
             (DrivenQuantity::Port(_), Some(flow)) => {
                 let t = flow.transfer(s, &[], value)?;

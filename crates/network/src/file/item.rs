@@ -64,10 +64,6 @@ impl Item {
     }
 }
 
-pub(super) fn line_of(text: &str, offset: usize) -> usize {
-    1 + text.as_bytes().iter().take(offset).filter(|b| **b == b'\n').count()
-}
-
 /// The line where a table of the file begins, 1 if it is written in some other way.
 pub(super) fn line_of_table(text: &str, name: &str) -> usize {
     let header = format!("[{name}]");

@@ -2,9 +2,9 @@
 
 use super::error::FileError;
 use super::item::Item;
-use super::item::line_of;
 use super::problem::ElementProblem;
 use super::schema::Element;
+use rijke_numerics::words::line_of;
 use serde::Deserialize;
 use toml::Spanned;
 

@@ -131,7 +131,7 @@ fn widest(element: &Element) -> Option<(&'static str, f64, &'static str)> {
 
 /// What a mouth of |R| near 1 does where a mean flow of this Mach number is drawn in.
 pub(super) fn drawn_in(item: &Item, mach: f64) -> Warning {
-    let (kept, fed) = ((1.0 - mach) / (1.0 + mach), 4.0 * mach / (1.0 + mach).powi(2));
+    let (kept, fed) = ((1.0 - mach) / (1.0 + mach), 4.0 * mach / (1.0 - mach).powi(2));
     let what = format!(
         "gas is drawn in here, and R = -1 of an open end feeds the modes with {:.2} % of the energy that meets it: gas drawn from rest keeps its total pressure, \
          R = -(1 - M)/(1 + M)",

@@ -231,6 +231,11 @@ impl Law {
                 let all = low.floor() as i64..=high.ceil() as i64;
                 all.map(|k| (C64::new(0.0, spacing * (k as f64 + 0.5)), 1)).collect()
             }
+            // Poles of R are the zeros of z + 1, of which z itself has no poles.
+            Self::Flanged { radius, sound_speed } => {
+                let z = |s: &Jet, space| piston(&s.scale(C64::new(0.0, -radius / sound_speed)), space);
+                roots_of(|s, space| z(s, space).shift(C64::ONE), region, 2.0 * radius / sound_speed, &[])?
+            }
             // All four coefficients have the poles of the branch, of which the determinant of the T has none:
             // the network has them once, and k_ep declares them. Laws of open ends have a cut at omega = 0.
             Self::SideHole(hole) if hole.of == Leg::Ep && region.omega[1] > LOWEST => {

@@ -9,6 +9,7 @@ use crate::click::{ClickFit, ClickOptions, Extent, fit_click};
 use crate::delays::{CalibrationError, ChannelDelays, KnownClick, exchanged};
 use crate::{Fault, Trace};
 use rayon::prelude::*;
+use rijke_numerics::InOrder;
 use rijke_rig::{Calibration, RecordSet, RecordSource, Rejection, RigError};
 
 /// What is known of the channels.
@@ -187,7 +188,7 @@ fn at_rate(
             advance();
             Ok(fit)
         })
-        .collect::<Result<_, _>>()?;
+        .in_order::<Result<_, _>>()?;
     let (mut clicks, mut names) = (Vec::new(), Vec::new());
     for (&(which, repeat), fit) in jobs.iter().zip(fits) {
         let calibration = &set.calibrations[which];

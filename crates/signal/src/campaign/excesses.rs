@@ -62,7 +62,15 @@ const SURE: f64 = 0.99;
 
 pub(super) fn excess_in_words(point: &str, excess: &Excesses) -> String {
     let Excess { share, sd, .. } = *excess.likelier();
-    let (change, side) = if share > 0.0 { ("grows", "above") } else { ("falls", "below") };
+    let (change, side, or) = if share > 0.0 {
+        ("grows", "above", "")
+    } else {
+        (
+            "falls",
+            "below",
+            ", or the loudspeaker dies away slowly, which looks like that: switch it off by a relay",
+        )
+    };
     let square = excess.probability_of_square();
     let laws = if square > 0.5 { ["its square", "the amplitude"] } else { ["the amplitude", "its square"] };
     let likely = square.max(1.0 - square);
@@ -77,7 +85,7 @@ pub(super) fn excess_in_words(point: &str, excess: &Excesses) -> String {
         format!(", and changes as {}", laws[0])
     };
     format!(
-        "{point}: the damping {change} with the amplitude: at the end of the forcing it is {:.2} +- {:.2} % {side} that at small amplitude{law}; growth rates are those \
+        "{point}: the damping {change} with the amplitude{or}: at the end of the forcing it is {:.2} +- {:.2} % {side} that at small amplitude{law}; growth rates are those \
          at small amplitude, with the error that this leaves. Excite more weakly to see them directly",
         100.0 * share.abs(),
         100.0 * sd,

@@ -31,6 +31,7 @@ use crate::ping::{PingOptions, fit_majority};
 use crate::repeats::pool;
 use crate::{Fault, Trace};
 use rayon::prelude::*;
+use rijke_numerics::InOrder;
 use rijke_rig::{Observations, RecordItem, RecordSet, RecordSource, RigError};
 use std::collections::BTreeSet;
 
@@ -233,7 +234,7 @@ fn fit_all(
         advance();
         Ok(fitted)
     };
-    Ok((jobs.par_iter().map(one).collect::<Result<_, _>>()?, loudest))
+    Ok((jobs.par_iter().map(one).in_order::<Result<_, _>>()?, loudest))
 }
 
 /// What all points together say of the repeats of each: what is odd among them, and how much they scatter.

@@ -30,7 +30,11 @@ impl Stretch {
 /// Refuses a click of which the arrival times are none of a sound that travels along the tube. `calibration`
 /// is the covariance of the delays, which the click does not have.
 pub(super) fn check(set: &RecordSet, click: &Click, calibration: &Matrix) -> Result<(), Fault> {
-    let speed = |t: f64| set.rig.gas.at(t, set.rig.pressure).sound_speed;
+    // The law of the heat capacity holds from 250 to 1500 K; beyond, gamma stays as it is there.
+    let speed = |t: f64| {
+        let held = set.rig.gas.at(t.clamp(250.0, 1500.0), set.rig.pressure);
+        held.sound_speed * (t / held.temperature).sqrt()
+    };
     let [slowest, fastest] = [speed(TEMPERATURES[0]) - FLOW, speed(TEMPERATURES[1]) + FLOW];
     let covariance = click.covariance.plus(1.0, calibration);
     among(&set.rig.microphones.positions, click, &covariance, [slowest, fastest]).map_err(Fault::from)

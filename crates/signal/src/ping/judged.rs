@@ -2,7 +2,7 @@
 
 use super::alike::Decay;
 use super::chirp::Drift;
-use super::excess::Excesses;
+use super::excess::{Excess, Excesses};
 use super::forcing::Change;
 use super::found::PingFit;
 use super::options::PingOptions;
@@ -18,6 +18,9 @@ use rijke_numerics::C64;
 
 /// A second mode nearer than this, with a drift beside it, is no mode of a rig, Hz.
 const TOUCHING_HZ: f64 = 2.0;
+/// A share by which the damping at the end of the forcing lies below that at small amplitude, from which it is
+/// no property of the rig alone.
+const SLOW_AT_FIRST: f64 = 0.1;
 /// Two readings of a decay differ if they are so many stated standard deviations apart.
 const READINGS: f64 = 2.0;
 /// A tone that loses less of its amplitude while it is fitted is no decay: one that goes on fits as well.
@@ -163,6 +166,10 @@ impl Fitted {
             ringing::widen(&mut ping, (&mut drift, &mut excess), power, &self.solution, to - from, self.step);
         }
         if excess.is_significant() {
+            let Excess { share, sd, .. } = *excess.likelier();
+            if share < -SLOW_AT_FIRST {
+                return Err(Fault::TwoReadings(TwoReadings::SlowAtFirst(-share, sd)));
+            }
             excess.remove(&mut ping);
         }
         if drift.is_significant() {

@@ -56,7 +56,8 @@ impl Run {
             ..noise
         };
         let known = chosen.known.to_vec();
-        let training = self.training(stage, noise, known, super::super::Trusted::Laplace);
+        let mut training = self.training(stage, noise, known, super::super::Trusted::Laplace);
+        training.search.start = Some(chosen.best().to_vec());
         let names = &self.rig.microphones.names;
         let all: Vec<usize> = (0..names.len()).collect();
         let every =

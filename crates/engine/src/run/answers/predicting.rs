@@ -64,9 +64,12 @@ impl Run {
         chosen: &Chosen,
     ) -> Result<crate::SavedModel, EngineError> {
         let trained = match stage.noise_of_predictions {
-            Some(_) => {
-                Arc::new(self.trained_with_noise_of_predictions(stage, chosen, &chosen.observed, None)?)
-            }
+            Some(_) => Arc::new(self.trained_with_noise_of_predictions(
+                stage,
+                chosen,
+                &chosen.observed,
+                chosen.best(),
+            )?),
             None => chosen.trained.clone(),
         };
         Ok(self.kept(stage, choice, chosen, &trained))
@@ -83,8 +86,7 @@ impl Run {
         maximum: &Elsewhere,
     ) -> Result<crate::SavedModel, EngineError> {
         let there = Chosen { known: maximum.known.clone(), ..chosen.clone() };
-        let start = Some(maximum.at.clone());
-        let trained = self.trained_with_noise_of_predictions(stage, &there, &chosen.observed, start)?;
+        let trained = self.trained_with_noise_of_predictions(stage, &there, &chosen.observed, &maximum.at)?;
         Ok(self.kept(stage, &chosen.choice(), &there, &trained))
     }
 
@@ -100,13 +102,14 @@ impl Run {
         saved
     }
 
-    /// Searched from `start`, parameters of the model, if it is given.
+    /// Searched from `start`, parameters of the model: a search from elsewhere may end in another maximum than
+    /// the one that was ranked.
     fn trained_with_noise_of_predictions(
         &self,
         stage: &Stage,
         chosen: &Chosen,
         points: &[Observed],
-        start: Option<Vec<f64>>,
+        start: &[f64],
     ) -> Result<Trained, EngineError> {
         let spec = stage.noise_of_predictions.as_ref().unwrap_or(&stage.noise);
         self.trained_again(stage, spec, chosen, points, start)
@@ -130,7 +133,8 @@ impl Run {
         if let Some(trained) = before().filter(|_| all) {
             return Ok(trained);
         }
-        let trained = Arc::new(self.trained_with_noise_of_predictions(stage, chosen, points, None)?);
+        let trained =
+            Arc::new(self.trained_with_noise_of_predictions(stage, chosen, points, chosen.best())?);
         if let (Ok(mut kept), true) = (self.predicting.lock(), all) {
             kept.insert(id.to_owned(), trained.clone());
         }
