@@ -16,8 +16,6 @@ pub(super) struct Basis<T> {
     /// Factors on the wall losses, and on what acts at the upstream end.
     pub(super) wall: Vec<T>,
     pub(super) gain: Vec<T>,
-    /// Delays added to what acts at the upstream end, s.
-    pub(super) delay: Vec<T>,
     /// Logarithms of factors on the reflection coefficients.
     pub(super) ends: [T; 2],
     /// Temperature ratio at the upstream end.
@@ -83,7 +81,6 @@ impl<T: Number> Basis<T> {
             area: all(&|d| d.area),
             wall: all(&|_| 1.0),
             gain: all(&|_| 1.0),
-            delay: all(&|_| 0.0),
             ends: [one.real(0.0), one.real(0.0)],
             ratios: all(&|d| d.ratio),
             inlet: Mean {

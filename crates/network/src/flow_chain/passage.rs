@@ -221,7 +221,7 @@ impl FlowChain {
         let own = s.law(&self.ducts[i].actions[k].law);
         let here = basis.extra.iter().filter(|e| (e.0, e.1) == (i, k));
         let total = here.fold(own, |sum, e| sum + e.2.clone());
-        total * basis.gain[i].clone() * (-(s.clone() * basis.delay[i].clone())).exp()
+        total * basis.gain[i].clone()
     }
 
     /// The mass, momentum and energy that a unit of an effect adds at the place before duct `i`; `reference`
