@@ -46,4 +46,3 @@ mod solve;
 pub use assembly::FlowChain;
 pub use budget::FlowBudget;
 pub use ducts::{Action, ActionKind, FlowDuct, FlowEnd, FlowState, FlowWall, Reference};
-pub use slots::FlowSlot;

@@ -3,7 +3,7 @@
 
 use crate::common_laws::{Given, c, given};
 use crate::mean_flow::{GAMMA, delayed, end, inlet};
-use rijke_network::flow_chain::{ActionKind, FlowChain, FlowDuct, FlowEnd, FlowSlot};
+use rijke_network::flow_chain::{ActionKind, FlowChain, FlowDuct, FlowEnd};
 use rijke_network::laws::{Law, LawSet};
 use rijke_network::{
     At, Chain, Constant, Laws, Network, NetworkError, Newton, Places, Region, Response, Root, Segment, Slot,
@@ -210,7 +210,7 @@ fn oracle_laws_and_the_same_built_in_answer_alike() {
 fn message_what_a_chain_with_flow_refuses() {
     let net = Network::cut_tube(Segment::new(1.0, 1e-3, 340.0, 1.2), &[0.5]).unwrap();
     let mut chain = FlowChain::of(&net, GAMMA, 3.0).unwrap();
-    let refused = Chain::attach(&mut chain, Slot::Density(0), 0, 1.0).unwrap_err().to_string();
+    let refused = chain.attach(Slot::Density(0), 0, 1.0).unwrap_err().to_string();
     assert!(refused.contains("Density(0) follows from the inlet"), "{refused}");
     // A law of the gas that the chain at rest has is not taken for a law of something else.
     for slot in [Slot::Density(1), Slot::SoundSpeed(1)] {
@@ -218,23 +218,25 @@ fn message_what_a_chain_with_flow_refuses() {
         rest.attach(slot, 0, 1.0).unwrap();
         assert_eq!(FlowChain::of(&rest, GAMMA, 3.0).err(), Some(NetworkError::SlotOfRest { slot }));
     }
-    assert_eq!(chain.attach(FlowSlot::At(0, ActionKind::Mu), 0, 1.0), Err(NetworkError::ActionAtInlet));
-    assert!(matches!(chain.attach(FlowSlot::Length(2), 0, 1.0), Err(NetworkError::NoDuct { .. })));
+    assert_eq!(chain.attach(Slot::Mu(0), 0, 1.0), Err(NetworkError::ActionAtInlet));
+    for slot in [Slot::Length(2), Slot::Ep(2)] {
+        assert_eq!(chain.attach(slot, 0, 1.0), Err(NetworkError::NoDuct { index: 2, ducts: 2 }));
+    }
     let mut choked = chain.clone().with_ends([FlowEnd::Choked, FlowEnd::Choked]);
-    let refused = choked.attach(FlowSlot::Downstream, 0, 1.0).unwrap_err().to_string();
+    let refused = choked.attach(Slot::Downstream, 0, 1.0).unwrap_err().to_string();
     assert!(refused.starts_with("end 1 is choked"), "{refused}");
     // A law of s that moves the mean flow, and a flow that a law makes too fast.
-    chain.attach(FlowSlot::Velocity, 0, 1.0).unwrap();
+    chain.attach(Slot::Area(1), 0, 1e-3).unwrap();
     let mut work = Workspace::default();
     let ask = |law: &dyn rijke_network::Coefficients, work: &mut Workspace| {
         Chain::solve(&chain, law, c(0.0, 1000.0), &NEWTON, work).unwrap_err()
     };
     let refused = ask(&given(0, 1, |at: &At, laws: &mut Laws| laws.set(0, &at.s_jet())), &mut work);
     assert_eq!(refused, NetworkError::MeanFlowOfS { law: "law 0".to_owned() });
-    let fast = given(1, 1, |at: &At, laws: &mut Laws| laws.set(0, &at.parameter(0, 200.0)));
+    let fast = given(1, 1, |at: &At, laws: &mut Laws| laws.set(0, &at.parameter(0, -0.98)));
     let refused = ask(&fast, &mut work);
     assert!(
-        matches!(refused, NetworkError::TooFast { index: 0, .. }) && refused.is_recoverable(),
+        matches!(refused, NetworkError::TooFast { index: 1, .. }) && refused.is_recoverable(),
         "{refused}"
     );
     assert!(FlowChain::of(&net, GAMMA, 3.0).is_ok_and(|c| Chain::count(&c) == 2));
