@@ -49,7 +49,8 @@ pub trait Chain: std::fmt::Debug + Send + Sync {
     /// frequency.
     fn travel_time(&self) -> f64;
 
-    /// Adds `weight` times law number `law` to a slot.
+    /// Adds `weight` times law number `law` to a slot. The laws themselves come with each question, as
+    /// [`Coefficients`]. With mean flow, those of areas must not depend on s.
     ///
     /// # Errors
     /// [`NetworkError::Slot`] or [`NetworkError::NoDuct`] if there is none; with mean flow also

@@ -45,18 +45,6 @@ pub enum NetworkError {
         /// How many laws there are.
         laws: usize,
     },
-    /// The same in a chain with flow.
-    #[error(
-        "law {law} is attached to {slot}, but the coefficients have {laws} laws, numbered from 0: attach one of these"
-    )]
-    NoFlowLaw {
-        /// Where it is attached: a slot of the chain, as Rust writes it.
-        slot: String,
-        /// Its number.
-        law: usize,
-        /// How many laws there are.
-        laws: usize,
-    },
     /// The tolerance of Newton's iteration would end it anywhere.
     #[error("the tolerance of Newton's iteration is {tolerance}: give a relative error of s, from 0 to 0.1")]
     Tolerance {
@@ -117,16 +105,14 @@ pub enum NetworkError {
     /// A sound speed or density of a chain with flow, where both follow from the inlet and the temperature
     /// ratios.
     #[error(
-        "{slot:?} follows from the inlet and the temperature ratios of a chain with flow: let the law act on those"
+        "{slot:?} follows from the inlet and the temperature ratios of a chain with flow: attach the law to something else"
     )]
     SlotOfRest {
         /// The slot asked for.
         slot: Slot,
     },
     /// A law that moves the mean flow depends on s.
-    #[error(
-        "{law} acts on the mean flow but depends on s: an area, a temperature or the inlet is the same for every s"
-    )]
+    #[error("{law} acts on the mean flow but depends on s: an area is the same for every s")]
     MeanFlowOfS {
         /// Name of the law.
         law: String,

@@ -132,21 +132,21 @@ impl Built {
                 Ok(vec![z, r])
             }
             (DrivenQuantity::Port(_), Some(flow)) => {
-                let t = flow.transfer(s, &[], value)?;
-                let z = flow.impedance(s, &[], value)?.value() / t.impedances[0].value();
+                let t = flow.transfer(s)?;
+                let z = flow.impedance(s)? / t.impedances[0].value();
                 Ok(vec![z, (z - 1.0) / (z + 1.0)])
             }
             (DrivenQuantity::Transfer(_), flow) => {
                 let forced: Forced = match flow {
                     None => network.forced(laws, s, Source::Upstream, value, &mut work)?,
-                    Some(flow) => flow.forced(s, Source::Upstream, &[], value)?,
+                    Some(flow) => flow.forced(s, Source::Upstream)?,
                 };
                 Ok(vec![forced.before[to][0].value() / forced.before[from][0].value()])
             }
             (DrivenQuantity::Scattering(_), flow) => {
                 let transfer = match flow {
                     None => network.transfer(laws, s, [from, to], value, &mut work)?,
-                    Some(flow) => flow.transfer(s, &[], value)?,
+                    Some(flow) => flow.transfer(s)?,
                 };
                 let [[r, t_back], [t, r_back]] = transfer.scattering();
                 Ok([r, t_back, t, r_back].iter().map(Jet::value).collect())

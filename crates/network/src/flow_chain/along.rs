@@ -5,13 +5,13 @@
 //! with the piece between them do, mean flow included. The two closures of steps of area agree to first order
 //! in a, so that K is that of a smooth change.
 
+use super::adjoint::{Back, EFFECTS, Passed, Row, dot, fixed, through};
 use super::assembly::FlowChain;
 use super::ducts::{FlowDuct, FlowEnd};
 use super::gate::Basis;
 use super::mean::state_of;
 use super::number::{Number, Seeded};
 use super::passage::State;
-use super::sensitivity::{Back, EFFECTS, Passed, Row, dot, fixed, through};
 use crate::error::NetworkError;
 use crate::plane::newton::Root;
 use crate::sense::along::{Station, bounded, of_loudest};

@@ -4,55 +4,16 @@ use super::assembly::FlowChain;
 use super::ducts::{ActionKind, FlowDuct, FlowEnd, FlowState};
 use super::gate::Basis;
 use super::number::Number;
-use super::slots::{Attached, FlowSlot};
 use crate::chain::coefficients::{Coefficients, Laws};
 use crate::chain::network::{Network, Segment};
+use crate::chains::Chain as _;
 use crate::error::NetworkError;
 use crate::laws::Law;
+use crate::slot::Slot;
 use rijke_numerics::C64;
 use rijke_numerics::ComplexDual;
 
 impl FlowChain {
-    /// Adds `weight` times law number `law` to a slot. The laws themselves come with each question, as
-    /// [`Coefficients`]: see [`crate::Chain`]. Laws of the mean flow (areas, temperature ratios, the inlet)
-    /// must not depend on s.
-    ///
-    /// # Errors
-    /// [`NetworkError::NoDuct`], [`NetworkError::ActionAtInlet`], [`NetworkError::ChokedEnd`].
-    pub fn attach(&mut self, slot: FlowSlot, law: usize, weight: f64) -> Result<(), NetworkError> {
-        let n = self.ducts.len();
-        let (index, count) = match slot {
-            FlowSlot::Pressure | FlowSlot::Density | FlowSlot::Velocity => (0, 1),
-            FlowSlot::Upstream | FlowSlot::Downstream => {
-                let end = usize::from(slot == FlowSlot::Downstream);
-                if self.ends[end] == FlowEnd::Choked {
-                    return Err(NetworkError::ChokedEnd { end });
-                }
-                (end, 2)
-            }
-            FlowSlot::At(0, _) => return Err(NetworkError::ActionAtInlet),
-            FlowSlot::Length(i)
-            | FlowSlot::Area(i)
-            | FlowSlot::Ratio(i)
-            | FlowSlot::Viscous(i)
-            | FlowSlot::Thermal(i)
-            | FlowSlot::At(i, _) => (i, n),
-            FlowSlot::Action(i, k) if i < n => (k, self.ducts[i].actions.len()),
-            FlowSlot::Action(i, _) => (i, n),
-        };
-        if index >= count {
-            return Err(NetworkError::NoDuct { index, ducts: count });
-        }
-        if slot == FlowSlot::Ratio(0) {
-            return Err(NetworkError::ActionAtInlet);
-        }
-        self.attached.push(Attached { slot, law, weight });
-        if let FlowSlot::At(place, _) = slot {
-            self.basis.activate(place, self.ducts[place].smooth);
-        }
-        Ok(())
-    }
-
     /// The chain `rest` with a mean flow that enters it at `velocity` (m/s): same ducts, losses, feedback,
     /// ends and attached laws. The inlet has the density of the first segment and the pressure rho c^2/gamma
     /// there; temperatures behind follow from the speeds of sound.
@@ -61,7 +22,7 @@ impl FlowChain {
     /// has another gamma there.
     ///
     /// # Errors
-    /// As [`FlowChain::new`] and [`FlowChain::attach`]; [`NetworkError::ActionAtInlet`] for feedback at an
+    /// As [`FlowChain::new`] and [`crate::Chain::attach`]; [`NetworkError::ActionAtInlet`] for feedback at an
     /// end, [`NetworkError::SlotOfRest`] for laws of densities and sound speeds.
     pub fn of(rest: &Network, gamma: f64, velocity: f64) -> Result<Self, NetworkError> {
         let first = rest.segments[0];
@@ -96,7 +57,7 @@ impl FlowChain {
             *loss = (*constant != [C64::ZERO; 2]).then(|| constant.map(ComplexDual::constant));
         }
         for (slot, law, weight) in rest.attachments() {
-            chain.attach(FlowSlot::try_from(slot)?, law, weight)?;
+            chain.attach(slot, law, weight)?;
         }
         Ok(chain)
     }
@@ -104,7 +65,7 @@ impl FlowChain {
     /// The basis with laws, mean flow included.
     pub(super) fn basis_with<T: Number>(&self, one: &T, law: &dyn Fn(usize) -> T) -> Basis<T> {
         let mut basis = self.unsettled_with(one, law);
-        if self.attached.iter().any(|a| a.slot.is_mean()) {
+        if self.attached.iter().any(|a| a.is_mean()) {
             basis.settle(&self.ducts, &self.attached);
         } else {
             basis.settle_as(&self.basis);
@@ -117,12 +78,8 @@ impl FlowChain {
         let mut basis = Basis::unsettled(one, self.gamma, self.inlet, &self.ducts);
         for a in &self.attached {
             let target = match a.slot {
-                FlowSlot::Length(i) => &mut basis.length[i],
-                FlowSlot::Area(i) => &mut basis.area[i],
-                FlowSlot::Ratio(i) => &mut basis.ratios[i],
-                FlowSlot::Pressure => &mut basis.inlet.pressure,
-                FlowSlot::Density => &mut basis.inlet.density,
-                FlowSlot::Velocity => &mut basis.inlet.velocity,
+                Slot::Length(i) => &mut basis.length[i],
+                Slot::Area(i) => &mut basis.area[i],
                 _ => continue,
             };
             *target = target.clone() + law(a.law).times(a.weight);
@@ -137,24 +94,23 @@ impl FlowChain {
             *loss = (*constant != [C64::ZERO; 2]).then(|| constant.map(|k| one.like(k)));
         }
         basis.beside.iter_mut().for_each(Vec::clear);
-        basis.extra.clear();
         basis.reflections = [None, None];
         for a in &self.attached {
-            let add = |to: &mut T| *to = to.clone() + law(a.law).times(a.weight);
-            match a.slot {
-                FlowSlot::Viscous(i) | FlowSlot::Thermal(i) => {
-                    let zero = || [one.real(0.0), one.real(0.0)];
-                    let part = usize::from(matches!(a.slot, FlowSlot::Thermal(_)));
-                    add(&mut basis.loss[i].get_or_insert_with(zero)[part]);
-                }
-                FlowSlot::At(j, effect) => basis.beside[j].push((effect, law(a.law).times(a.weight))),
-                FlowSlot::Action(i, k) => basis.extra.push((i, k, law(a.law).times(a.weight))),
-                FlowSlot::Upstream | FlowSlot::Downstream => {
-                    let end = usize::from(a.slot == FlowSlot::Downstream);
-                    add(basis.reflections[end].get_or_insert_with(|| one.real(0.0)));
-                }
-                _ => {}
+            let share = law(a.law).times(a.weight);
+            if let Some((place, effect)) = a.action() {
+                basis.beside[place].push((effect, share));
+                continue;
             }
+            let to = match a.slot {
+                Slot::Viscous(i) | Slot::Thermal(i) => {
+                    let part = usize::from(matches!(a.slot, Slot::Thermal(_)));
+                    &mut basis.loss[i].get_or_insert_with(|| [one.real(0.0), one.real(0.0)])[part]
+                }
+                Slot::Upstream => basis.reflections[0].get_or_insert_with(|| one.real(0.0)),
+                Slot::Downstream => basis.reflections[1].get_or_insert_with(|| one.real(0.0)),
+                _ => continue,
+            };
+            *to = to.clone() + share;
         }
     }
 
@@ -164,12 +120,12 @@ impl FlowChain {
         laws: &Laws,
         names: &dyn Coefficients,
     ) -> Result<Basis<ComplexDual>, NetworkError> {
-        if let Some(a) = self.attached.iter().find(|a| a.slot.is_mean() && laws.slope(a.law) != C64::ZERO) {
+        if let Some(a) = self.attached.iter().find(|a| a.is_mean() && laws.slope(a.law) != C64::ZERO) {
             return Err(NetworkError::MeanFlowOfS { law: names.name(a.law) });
         }
         let law = |k: usize| ComplexDual { value: laws.value(k), slope: laws.slope(k) };
         let one = ComplexDual::constant(C64::ONE);
-        if self.attached.iter().any(|a| a.slot.is_mean()) {
+        if self.attached.iter().any(|a| a.is_mean()) {
             let basis = self.basis_with(&one, &law);
             basis.check()?;
             return Ok(basis);
@@ -182,13 +138,13 @@ impl FlowChain {
     /// Brings the laws of `basis` to another s; the mean flow stays.
     pub(super) fn renew(&self, basis: &mut Basis<ComplexDual>, laws: &Laws) {
         for a in &self.attached {
-            if let FlowSlot::Length(i) = a.slot {
+            if let Slot::Length(i) = a.slot {
                 basis.length[i] = ComplexDual::constant(C64::new(self.ducts[i].length, 0.0));
             }
         }
         let law = |k: usize| ComplexDual { value: laws.value(k), slope: laws.slope(k) };
         for a in &self.attached {
-            if let FlowSlot::Length(i) = a.slot {
+            if let Slot::Length(i) = a.slot {
                 basis.length[i] = basis.length[i] + law(a.law).times(a.weight);
             }
         }

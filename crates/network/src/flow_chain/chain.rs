@@ -1,9 +1,10 @@
 //! A chain with flow and laws of a caller, behind the trait that it shares with the chain at rest.
 
 use super::assembly::FlowChain;
+use super::ducts::FlowEnd;
 use super::gate::Basis;
 use super::number::Seeded;
-use super::slots::FlowSlot;
+use super::slots::Attached;
 use crate::chain::coefficients::{At, Coefficients, Laws, Pole};
 use crate::chain::workspace::Workspace;
 use crate::chains::{Balance, Chain, Power};
@@ -45,10 +46,7 @@ impl FlowChain {
     fn check_numbers(&self, laws: &dyn Coefficients) -> Result<(), NetworkError> {
         let count = laws.laws();
         match self.attached.iter().find(|a| a.law >= count) {
-            Some(a) => {
-                let slot = format!("{:?}", a.slot);
-                Err(NetworkError::NoFlowLaw { slot, law: a.law, laws: count })
-            }
+            Some(a) => Err(NetworkError::NoLaw { slot: a.slot, law: a.law, laws: count }),
             None => Ok(()),
         }
     }
@@ -87,7 +85,25 @@ impl Chain for FlowChain {
     }
 
     fn attach(&mut self, slot: Slot, law: usize, weight: f64) -> Result<(), NetworkError> {
-        Self::attach(self, FlowSlot::try_from(slot)?, law, weight)
+        let attached = Attached { slot, law, weight };
+        let (action, n) = (attached.action(), self.ducts.len());
+        match (slot, slot.index()) {
+            (Slot::SoundSpeed(_) | Slot::Density(_), _) => return Err(NetworkError::SlotOfRest { slot }),
+            (_, None) => {
+                let end = usize::from(slot == Slot::Downstream);
+                if self.ends[end] == FlowEnd::Choked {
+                    return Err(NetworkError::ChokedEnd { end });
+                }
+            }
+            (_, Some(0)) if action.is_some() => return Err(NetworkError::ActionAtInlet),
+            (_, Some(index)) if index >= n => return Err(NetworkError::NoDuct { index, ducts: n }),
+            _ => {}
+        }
+        self.attached.push(attached);
+        if let Some((place, _)) = action {
+            self.basis.activate(place, self.ducts[place].smooth);
+        }
+        Ok(())
     }
 
     fn solve(
@@ -128,10 +144,10 @@ impl Chain for FlowChain {
         let mut poles = PolesByPlace::default();
         for Pole { law, at, order } in laws.poles_in(region)? {
             for a in self.attached.iter().filter(|a| a.law == law && a.weight != 0.0) {
-                let place = match a.slot {
-                    FlowSlot::At(place, _) | FlowSlot::Action(place, _) => [Some(place), None],
-                    FlowSlot::Upstream => [None, Some(0)],
-                    FlowSlot::Downstream => [None, Some(1)],
+                let place = match (a.slot, a.action()) {
+                    (_, Some((place, _))) => [Some(place), None],
+                    (Slot::Upstream, _) => [None, Some(0)],
+                    (Slot::Downstream, _) => [None, Some(1)],
                     _ => return Err(NetworkError::PoleInSegment { law: laws.name(law), at }),
                 };
                 poles.add((at, order), law, |other| *other == place, place);

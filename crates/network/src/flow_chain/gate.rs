@@ -16,8 +16,6 @@ pub(super) struct Basis<T> {
     /// Factors on the wall losses, and on what acts at the upstream end.
     pub(super) wall: Vec<T>,
     pub(super) gain: Vec<T>,
-    /// Delays added to what acts at the upstream end, s.
-    pub(super) delay: Vec<T>,
     /// Logarithms of factors on the reflection coefficients.
     pub(super) ends: [T; 2],
     /// Temperature ratio at the upstream end.
@@ -25,10 +23,8 @@ pub(super) struct Basis<T> {
     /// Ratio of specific heats.
     pub(super) gammas: Vec<f64>,
     pub(super) inlet: Mean<T>,
-    /// What laws of the caller add: viscous and thermal loss per metre, coefficients of actions (duct,
-    /// action), reflection coefficients.
+    /// What laws of the caller add: viscous and thermal loss per metre, reflection coefficients.
     pub(super) loss: Vec<Option<[T; 2]>>,
-    pub(super) extra: Vec<(usize, usize, T)>,
     pub(super) reflections: [Option<T>; 2],
     /// Mean state between the change of area and the heat before a duct, and in the duct.
     pub(super) between: Vec<Mean<T>>,
@@ -83,7 +79,6 @@ impl<T: Number> Basis<T> {
             area: all(&|d| d.area),
             wall: all(&|_| 1.0),
             gain: all(&|_| 1.0),
-            delay: all(&|_| 0.0),
             ends: [one.real(0.0), one.real(0.0)],
             ratios: all(&|d| d.ratio),
             inlet: Mean {
@@ -94,7 +89,6 @@ impl<T: Number> Basis<T> {
             },
             gammas,
             loss: vec![None; ducts.len()],
-            extra: Vec::new(),
             reflections: [None, None],
             between: Vec::new(),
             after: Vec::new(),
@@ -195,7 +189,6 @@ impl Basis<ComplexDual> {
         let mut basis = self.clone();
         basis.length.iter_mut().for_each(|k| *k = still(k));
         basis.loss.iter_mut().flatten().flatten().for_each(|k| *k = still(k));
-        basis.extra.iter_mut().for_each(|k| k.2 = still(&k.2));
         basis.reflections.iter_mut().flatten().for_each(|k| *k = still(k));
         basis.beside.iter_mut().flatten().for_each(|k| k.1 = still(&k.1));
         basis

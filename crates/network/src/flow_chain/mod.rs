@@ -26,6 +26,7 @@
 //! meet, `assembly` the chain; `passage` carries disturbances through it, and the rest asks. Knows of the
 //! chain at rest what both share: slots, laws, answers.
 
+mod adjoint;
 mod along;
 mod assembly;
 mod attach;
@@ -39,13 +40,9 @@ pub(crate) mod number;
 mod passage;
 mod reference_point;
 mod response;
-mod sensitivity;
 mod slots;
 mod solve;
 
 pub use assembly::FlowChain;
 pub use budget::FlowBudget;
 pub use ducts::{Action, ActionKind, FlowDuct, FlowEnd, FlowState, FlowWall, Reference};
-pub use response::FlowParameter;
-pub use sensitivity::{FlowDerivatives, FlowSensitivities};
-pub use slots::FlowSlot;

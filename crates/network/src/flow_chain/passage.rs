@@ -218,10 +218,7 @@ impl FlowChain {
 
     /// The coefficient of action `k` of duct `i`.
     fn strength<T: Number>(&self, basis: &Basis<T>, i: usize, k: usize, s: &T) -> T {
-        let own = s.law(&self.ducts[i].actions[k].law);
-        let here = basis.extra.iter().filter(|e| (e.0, e.1) == (i, k));
-        let total = here.fold(own, |sum, e| sum + e.2.clone());
-        total * basis.gain[i].clone() * (-(s.clone() * basis.delay[i].clone())).exp()
+        s.law(&self.ducts[i].actions[k].law) * basis.gain[i].clone()
     }
 
     /// The mass, momentum and energy that a unit of an effect adds at the place before duct `i`; `reference`

@@ -8,90 +8,40 @@ use super::number::Seeded;
 use crate::chain::coefficients::Laws;
 use crate::error::NetworkError;
 use crate::plane::newton::Root;
-use crate::respond::answer::{Places, Response, implicit};
-use rijke_numerics::ComplexDual;
-use rijke_numerics::{C64, Jet, JetSpace, Order};
+use crate::respond::answer::implicit;
+use rijke_numerics::{C64, ComplexDual, Jet, JetSpace, Order};
 
 /// A real quantity of a flow chain to differentiate by. Ducts are numbered from 0; "at" a duct means at its
 /// upstream end.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum FlowParameter {
+#[derive(Clone, Copy)]
+enum FlowParameter {
     /// Velocity of the inlet state, m/s; pressure and density stay.
     Velocity,
     /// Density of the inlet state, kg/m^3; pressure and velocity stay.
     Density,
     /// Length of a duct, m.
     Length(usize),
-    /// Area of a duct, m^2; both places beside it follow. Where there is no step its second derivative is
-    /// that of an expansion: the closures of expansions and contractions agree to first order only.
+    /// Area of a duct, m^2; both places beside it follow.
     Area(usize),
-    /// Temperature ratio at a duct.
-    Ratio(usize),
     /// Factor (1) on the wall loss of a duct.
     Wall(usize),
     /// Factor (1) on everything that acts at a duct.
     Gain(usize),
     /// A coefficient (0) of weak feedback at a duct, beside what acts there: [`ActionKind`] says which.
     Weak(usize, ActionKind),
-    /// Delay (0) added to everything that acts at a duct, s.
-    Delay(usize),
     /// ln |R| of the upstream (0) or downstream (1) reflection coefficient.
     LogModulus(usize),
-    /// Angle of it, rad.
-    Angle(usize),
 }
 
 /// Ducts that are told apart in a condition, whose cost is that of their number squared.
 const MOST_APART: usize = 160;
 
 impl FlowChain {
-    /// The eigenvalue at `root` and the pressures of its mode with derivatives up to `order` with respect to
-    /// `parameters`. Places are numbered as in [`crate::Network`]: place j lies before duct j, upstream side.
-    ///
-    /// Cost: a sweep in jets, some 100 products of jets per duct. For many parameters of a chain without flow
-    /// [`crate::Network::respond`] is much faster.
-    ///
-    /// # Errors
-    /// [`NetworkError::NoDuct`] for a duct or end that does not exist, [`NetworkError::SilentReference`],
-    /// [`NetworkError::NotFinite`].
-    pub fn respond(
-        &self,
-        root: &Root,
-        parameters: &[FlowParameter],
-        places: &Places,
-        order: Order,
-    ) -> Result<Response, NetworkError> {
-        let n = self.ducts.len();
-        if let Some(&place) = places.at.iter().chain([&places.reference]).find(|&&j| j > n) {
-            return Err(NetworkError::NoDuct { index: place, ducts: n });
-        }
-        let (s, pressures) = self.eigenvalue(root, parameters, order, None)?;
-        Response::relative(s, &pressures, places, order)
-    }
-
-    /// s as a function of the parameters, and the pressure at every place as one of parameters and s; laws of
-    /// s alone with their slopes, if there are any.
-    fn eigenvalue(
-        &self,
-        root: &Root,
-        parameters: &[FlowParameter],
-        order: Order,
-        laws: Option<&Laws>,
-    ) -> Result<(Jet, Vec<Option<Jet>>), NetworkError> {
-        let (basis, s) = self.seeded(root.s, parameters, order, laws)?;
-        self.of_seeds(&basis, s)
-    }
-
-    /// The chain in jets of the parameters and s, which is the last seed.
-    pub(super) fn seeded(
-        &self,
-        s: C64,
-        parameters: &[FlowParameter],
-        order: Order,
-        laws: Option<&Laws>,
-    ) -> Result<(Basis<Seeded>, Jet), NetworkError> {
-        let (n, p) = (self.ducts.len(), parameters.len());
-        let space = JetSpace::new(p + 1, order.max(Order::First));
+    /// The chain in jets of first order of the parameters and s, which is the last seed; laws of a caller
+    /// depend on s alone.
+    fn seeded(&self, s: C64, parameters: &[FlowParameter], laws: Option<&Laws>) -> (Basis<Seeded>, Jet) {
+        let p = parameters.len();
+        let space = JetSpace::new(p + 1, Order::First);
         let one = Seeded::Fixed(C64::ONE);
         let s = space.seed(p, s);
         let law = |k: usize| {
@@ -102,42 +52,24 @@ impl FlowChain {
         let mut basis = self.unsettled_with(&one, &law);
         for (k, &parameter) in parameters.iter().enumerate() {
             use FlowParameter as P;
-            let (index, count) = match parameter {
-                P::Velocity | P::Density => (0, 1),
-                P::LogModulus(i) | P::Angle(i) => (i, 2),
-                P::Weak(0, _) => return Err(NetworkError::ActionAtInlet),
-                P::Weak(i, _)
-                | P::Length(i)
-                | P::Area(i)
-                | P::Ratio(i)
-                | P::Wall(i)
-                | P::Gain(i)
-                | P::Delay(i) => (i, n),
-            };
-            if index >= count {
-                return Err(NetworkError::NoDuct { index, ducts: count });
-            }
-            let seed = space.seed(k, C64::ZERO);
+            let seed = Seeded::Varying(space.seed(k, C64::ZERO));
             let target = match parameter {
                 P::Weak(i, effect) => {
-                    basis.beside[i].push((effect, Seeded::Varying(seed)));
+                    basis.beside[i].push((effect, seed));
                     continue;
                 }
                 P::Velocity => &mut basis.inlet.velocity,
                 P::Density => &mut basis.inlet.density,
                 P::Length(i) => &mut basis.length[i],
                 P::Area(i) => &mut basis.area[i],
-                P::Ratio(i) => &mut basis.ratios[i],
                 P::Wall(i) => &mut basis.wall[i],
                 P::Gain(i) => &mut basis.gain[i],
-                P::Delay(i) => &mut basis.delay[i],
-                P::LogModulus(i) | P::Angle(i) => &mut basis.ends[i],
+                P::LogModulus(i) => &mut basis.ends[i],
             };
-            let factor = if matches!(parameter, P::Angle(_)) { C64::I } else { C64::ONE };
-            *target = target.clone() + Seeded::Varying(seed.scale(factor));
+            *target = target.clone() + seed;
         }
         basis.settle(&self.ducts, &self.attached);
-        Ok((basis, s))
+        (basis, s)
     }
 
     /// s as a function of the seeds of `basis`, and the pressure at every place as one of seeds and s, the
@@ -209,7 +141,8 @@ impl FlowChain {
         // A few seeds at a time: the cost of a jet grows with their number.
         for some in parameters.chunks(16) {
             let seeds: Vec<P> = some.iter().map(|p| p.0).collect();
-            let s = self.eigenvalue(root, &seeds, Order::First, laws)?.0;
+            let (basis, s) = self.seeded(root.s, &seeds, laws);
+            let s = self.of_seeds(&basis, s)?.0;
             total += some.iter().zip(s.gradient()).map(|((_, v), d)| v * d.norm()).sum::<f64>();
         }
         Ok(total / root.s.norm())

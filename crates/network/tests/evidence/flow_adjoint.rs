@@ -1,11 +1,13 @@
 //! The adjoint with flow, sensitivities along x, and velocities that are heard elsewhere.
 
-use crate::common_laws::c;
+use crate::common_laws::{Given, c, given};
 use crate::mean_flow::{GAMMA, delayed, end, everything, inlet, modes};
 use rijke_network::file::read;
-use rijke_network::flow_chain::{ActionKind, FlowChain, FlowDuct, FlowParameter, FlowState, Reference};
+use rijke_network::flow_chain::{ActionKind, FlowChain, FlowDuct, FlowState, Reference};
 use rijke_network::laws::Law;
-use rijke_network::{Device, NetworkError, Newton, Places, Region, Root, Workspace};
+use rijke_network::{
+    At, Chain, Constant, Device, Laws, NetworkError, Newton, Places, Region, Root, Slot, Workspace,
+};
 use rijke_numerics::check::{slopes_from, slopes_near};
 use rijke_numerics::{C64, Order};
 
@@ -24,90 +26,91 @@ fn solve(chain: &FlowChain, guess: C64) -> Root {
     chain.solve(guess, &newton).unwrap()
 }
 
-const EFFECTS: [ActionKind; 5] =
-    [ActionKind::Mu, ActionKind::Mp, ActionKind::Eu, ActionKind::Ep, ActionKind::Branch];
+/// The same with every duct cut in two, so that place 2 i + 1 lies within what was duct i.
+fn cut(chain: &FlowChain) -> FlowChain {
+    let halves = |duct: &FlowDuct| {
+        let behind = FlowDuct { wall: duct.wall.clone(), ..FlowDuct::new(0.6 * duct.length, duct.area) };
+        [FlowDuct { length: 0.4 * duct.length, ..duct.clone() }, behind]
+    };
+    let ducts = chain.ducts().iter().flat_map(halves).collect();
+    FlowChain::new(GAMMA, chain.states()[0], ducts, chain.ends().clone()).unwrap().without_entropy_waves()
+}
+
+/// As many laws as parameters: each is its parameter, which is 0.
+fn parameters_alone(count: usize) -> Given<impl Fn(&At, &mut Laws)> {
+    given(count, count, move |at: &At, laws: &mut Laws| {
+        (0..count).for_each(|k| laws.set(k, &at.parameter(k, 0.0)));
+    })
+}
 
 #[test]
 fn oracle_adjoint_with_flow_agrees_with_jets_through_the_chain() {
-    use FlowParameter as P;
-    let chain = talkative(8.0);
+    let chain = cut(&talkative(8.0));
     let root = solve(&chain, modes(&chain, &WIDE)[1]);
-    let places = Places { at: vec![0, 1, 3, 4, 6], reference: 2 };
-    let adjoint = chain.sensitivities(&root, &places).unwrap();
-    let mut parameters = vec![P::LogModulus(0), P::LogModulus(1)];
-    for i in 0..6 {
-        parameters.extend([P::Length(i), P::Wall(i)]);
-        parameters.extend(EFFECTS.into_iter().filter(|_| i > 0).map(|e| P::Weak(i, e)));
-    }
-    let jets = chain.respond(&root, &parameters, &places, Order::First).unwrap();
-    let upstream = c(0.95, 0.0);
-    let downstream =
-        Law::Unflanged { radius: 0.017, sound_speed: 537.0, correction: 0.0 }.analytic(root.s)[0];
-    let outputs = std::iter::once((&adjoint.s, &jets.s)).chain(adjoint.pressures.iter().zip(&jets.pressures));
-    for (o, (got, jet)) in outputs.enumerate() {
-        for (k, parameter) in parameters.iter().enumerate() {
-            let value = match *parameter {
-                P::LogModulus(0) => got.ends[0] * upstream,
-                P::LogModulus(_) => got.ends[1] * downstream,
-                P::Length(i) => got.lengths[i],
-                P::Wall(i) => got.walls[i],
-                P::Weak(i, effect) => got.feedback[i][EFFECTS.iter().position(|e| *e == effect).unwrap()],
-                _ => unreachable!(),
-            };
-            let expected = jet.gradient()[k];
-            let error = (value - expected).norm();
-            let scale = if o == 0 { 1.0 } else { 1e-3 };
-            assert!(
-                error < 1e-10 * expected.norm().max(scale),
-                "output {o}, {parameter:?}: {value} {expected}"
-            );
+    let stations = chain.along(&root, 2).unwrap();
+    let (mut attached, mut expected) = (chain, Vec::new());
+    for place in (1..12).step_by(2) {
+        let here = &stations[2 * place];
+        for (k, slot) in
+            [Slot::Mu(place), Slot::Mp(place), Slot::Eu(place), Slot::Ep(place)].iter().enumerate()
+        {
+            Chain::attach(&mut attached, *slot, expected.len(), 1.0).unwrap();
+            expected.push(here.feedback[k]);
         }
     }
-    assert!(matches!(
-        chain.respond(&root, &[P::Weak(0, ActionKind::Mu)], &places, Order::First),
-        Err(NetworkError::ActionAtInlet)
-    ));
+    let laws = parameters_alone(expected.len());
+    let nowhere = Places { at: Vec::new(), reference: 0 };
+    let asked: &dyn Chain = &attached;
+    let jets = asked.respond(&laws, &root, &nowhere, Order::First, &mut Workspace::default()).unwrap().s;
+    assert_eq!(jets.gradient().len(), 24);
+    for (k, (got, jet)) in expected.iter().zip(jets.gradient()).enumerate() {
+        assert!((got - jet).norm() < 1e-10 * jet.norm(), "law {k}: {got} {jet}");
+    }
 }
 
 #[test]
 fn order_taylor_remainders_of_feedback_that_is_not_there_yet() {
-    use FlowParameter as P;
     let weak = [
-        (1, ActionKind::Mu, 40.0),
-        (3, ActionKind::Ep, 2e-4),
-        (4, ActionKind::Branch, 2e-4),
-        (2, ActionKind::Eu, 0.1),
+        (1, ActionKind::Mu, 40.0, Slot::Mu(1)),
+        (3, ActionKind::Ep, 2e-4, Slot::Ep(3)),
+        (4, ActionKind::Mp, 0.02, Slot::Mp(4)),
+        (2, ActionKind::Eu, 0.1, Slot::Eu(2)),
     ];
-    let mut parameters: Vec<P> = weak.iter().map(|w| P::Weak(w.0, w.1)).collect();
-    parameters.extend([P::Length(2), P::Length(3), P::Area(1)]);
-    let shifts = [0.01, 0.01, 3e-5];
-    let direction: Vec<f64> = weak.iter().map(|w| w.2).chain(shifts).collect();
+    let shifts =
+        [(0.01, Slot::Length(2)), (0.01, Slot::Length(3)), (3e-5, Slot::Area(1)), (0.02, Slot::Upstream)];
     let base_chain = talkative(8.0);
     let guess = modes(&base_chain, &WIDE)[1];
     let moved = |h: f64| {
         let mut ducts = base_chain.ducts().to_vec();
-        for &(place, effect, size) in &weak {
+        for &(place, effect, size, _) in &weak {
             ducts[place] = ducts[place].clone().with(effect, Law::Constant(c(h * size, 0.0)));
         }
-        ducts[2].length += h * shifts[0];
-        ducts[3].length += h * shifts[1];
-        ducts[1].area += h * shifts[2];
-        let (state, _, ends) = everything(8.0);
+        ducts[2].length += h * shifts[0].0;
+        ducts[3].length += h * shifts[1].0;
+        ducts[1].area += h * shifts[2].0;
+        let (state, _, [_, downstream]) = everything(8.0);
+        let ends = [end(0.95 + h * shifts[3].0), downstream];
         FlowChain::new(GAMMA, state, ducts, ends).unwrap().without_entropy_waves()
     };
     let places = Places { at: vec![1, 4], reference: 2 };
-    let base = base_chain.respond(&solve(&base_chain, guess), &parameters, &places, Order::Second).unwrap();
+    let mut work = Workspace::default();
+    let mut attached = base_chain.clone();
+    let slots = weak.iter().map(|w| (w.2, w.3)).chain(shifts);
+    for (law, (size, slot)) in slots.enumerate() {
+        Chain::attach(&mut attached, slot, law, size).unwrap();
+    }
+    let root = solve(&base_chain, guess);
+    let base =
+        Chain::respond(&attached, &parameters_alone(8), &root, &places, Order::Second, &mut work).unwrap();
     let value = |h: f64, o: usize| {
-        let chain = moved(h);
+        let (chain, mut work) = (moved(h), Workspace::default());
         let root = solve(&chain, guess);
-        let r = chain.respond(&root, &[], &places, Order::Value).unwrap();
+        let r = Chain::respond(&chain, &Constant, &root, &places, Order::Value, &mut work).unwrap();
         if o == 0 { r.s.value() } else { r.pressures[o - 1].value() }
     };
     for (o, jet) in std::iter::once(&base.s).chain(&base.pressures).enumerate() {
-        let n = direction.len();
-        let first: C64 = (0..n).map(|i| jet.gradient()[i] * direction[i]).sum();
-        let second: C64 =
-            (0..n * n).map(|k| 0.5 * jet.hessian(k / n, k % n) * direction[k / n] * direction[k % n]).sum();
+        let first: C64 = jet.gradient().iter().sum();
+        let second: C64 = (0..64).map(|k| 0.5 * jet.hessian(k / 8, k % 8)).sum();
         let gap = |h: f64| value(h, o) - jet.value() - first * h;
         slopes_near(&slopes_from(0.2, |h| gap(h).norm()), 2.0, 0.06);
         slopes_near(&slopes_from(0.4, |h| (gap(h) - second * h * h).norm()), 3.0, 0.08);

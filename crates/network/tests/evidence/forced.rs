@@ -261,7 +261,7 @@ fn exact_waves_sent_into_a_duct_with_flow() {
                 Source::Upstream => [gain, gain * ends[1] * round],
                 _ => [gain * ends[0] * (-s * length / up).exp(), gain * (-s * length / up).exp()],
             };
-            let Forced { before, behind } = chain.forced(s, source, &[], Order::Value).unwrap();
+            let Forced { before, behind } = chain.forced(s, source).unwrap();
             for (k, x) in [(1, 0.3), (2, length)] {
                 let (f, g) = (f * (-s * x / down).exp(), g * (s * x / up).exp());
                 near(before[k][0].value(), f + g, 1e-12);

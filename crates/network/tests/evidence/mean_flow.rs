@@ -1,15 +1,14 @@
-//! Mean flow: closed forms, the limit of no flow, budgets, derivatives.
+//! Mean flow: closed forms, the limit of no flow, budgets, the condition.
 
 use crate::common_laws::c;
 use crate::eigenvalues::eigenvalues;
 use rijke_network::flow_chain::{
-    Action, ActionKind, FlowChain, FlowDuct, FlowEnd, FlowParameter, FlowState, FlowWall, Reference,
+    Action, ActionKind, FlowChain, FlowDuct, FlowEnd, FlowState, FlowWall, Reference,
 };
 use rijke_network::laws::{Law, LawSet, WallLaw};
 use rijke_network::wall::Wall;
-use rijke_network::{Network, NetworkError, Newton, Places, Region, Segment, Slot, Workspace};
-use rijke_numerics::check::{slopes_from, slopes_near};
-use rijke_numerics::{C64, Order};
+use rijke_network::{Network, NetworkError, Newton, Region, Segment, Slot, Workspace};
+use rijke_numerics::C64;
 use std::f64::consts::PI;
 
 pub(crate) const GAMMA: f64 = 1.4;
@@ -244,47 +243,48 @@ fn exact_energy_budget_with_flow_closes() {
 }
 
 #[test]
-fn order_taylor_remainders_of_parameters_with_flow() {
-    use FlowParameter as P;
-    let parameters =
-        [P::Velocity, P::Density, P::Length(1), P::Area(1), P::Ratio(2), P::Wall(1), P::Gain(2), P::Delay(2)];
-    let parameters: Vec<P> = parameters.into_iter().chain([P::LogModulus(0), P::Angle(0)]).collect();
-    let direction = [0.3, 0.02, 0.004, 3e-5, 0.05, 0.5, 0.05, 3e-5, -0.02, 0.03];
-    let moved = |h: f64| {
-        let (mut state, mut ducts, mut ends) = everything(8.0);
-        let d = direction.map(|d| h * d);
-        state.velocity += d[0];
-        state.density += d[1];
-        ducts[1].length += d[2];
-        ducts[1].area += d[3];
-        ducts[2].ratio += d[4];
-        if let Some(wall) = &mut ducts[1].wall {
-            wall.factor *= 1.0 + d[5];
-        }
-        ducts[2].actions[0].law = delayed(-0.6 * (1.0 + d[6]), 2e-3 + d[7]);
-        ends[0] = FlowEnd::Reflection(Law::Constant(0.95 * c(d[8], d[9]).exp()));
-        FlowChain::new(GAMMA, state, ducts, ends).unwrap().without_entropy_waves()
-    };
-    let places = Places { at: vec![1, 3, 6], reference: 2 };
-    let newton = Newton { max_step: Some(20.0), ..Newton::default() };
-    let guess = modes(&moved(0.0), &Region { sigma: [-150.0, 150.0], omega: [300.0, 4000.0] })[1];
-    let at = |h: f64, order| {
-        let chain = moved(h);
-        let root = chain.solve(guess, &newton).unwrap();
-        let r = chain.respond(&root, &parameters, &places, order).unwrap();
-        std::iter::once(r.s).chain(r.pressures).collect::<Vec<_>>()
-    };
-    let base = at(0.0, Order::Second);
-    for (o, jet) in base.iter().enumerate() {
-        let first: C64 = (0..10).map(|i| jet.gradient()[i] * direction[i]).sum();
-        let second: C64 =
-            (0..100).map(|k| 0.5 * jet.hessian(k / 10, k % 10) * direction[k / 10] * direction[k % 10]).sum();
-        let gap = |h: f64| at(h, Order::Value)[o].value() - jet.value() - first * h;
-        slopes_near(&slopes_from(0.1, |h| gap(h).norm()), 2.0, 0.05);
-        slopes_near(&slopes_from(0.2, |h| (gap(h) - second * h * h).norm()), 3.0, 0.06);
+fn oracle_condition_with_flow_by_small_changes() {
+    // Every number of the chain by a fraction h: what s moves by, over h and |s|.
+    let scaled = |law: &Law, h: f64| Law::Scaled(Box::new(law.clone()), c(1.0 + h, 0.0));
+    let newton = Newton { tolerance: 1e-14, max_step: Some(20.0), ..Newton::default() };
+    let base = chain(8.0);
+    let guess = modes(&base, &Region { sigma: [-150.0, 150.0], omega: [300.0, 4000.0] })[1];
+    let root = base.solve(guess, &newton).unwrap();
+    type Change<'a> = Box<dyn Fn(f64, &mut FlowState, &mut [FlowDuct], &mut [FlowEnd; 2]) + 'a>;
+    let mut changes: Vec<Change<'_>> = vec![
+        Box::new(|h, state, _, _| state.velocity *= 1.0 + h),
+        Box::new(|h, state, _, _| state.density *= 1.0 + h),
+    ];
+    for end in 0..2 {
+        changes.push(Box::new(move |h, _, _, ends| {
+            if let FlowEnd::Reflection(law) = &mut ends[end] {
+                *law = scaled(law, h);
+            }
+        }));
     }
-    let chain = moved(0.0);
-    let root = chain.solve(guess, &newton).unwrap();
-    let absent = chain.respond(&root, &[P::Length(6)], &places, Order::First);
-    assert_eq!(absent.unwrap_err(), NetworkError::NoDuct { index: 6, ducts: 6 });
+    for (i, duct) in base.ducts().iter().enumerate() {
+        changes.push(Box::new(move |h, _, ducts, _| ducts[i].length *= 1.0 + h));
+        changes.push(Box::new(move |h, _, ducts, _| ducts[i].area *= 1.0 + h));
+        if duct.wall.is_some() {
+            changes.push(Box::new(move |h, _, ducts, _| {
+                ducts[i].wall.iter_mut().for_each(|wall| wall.factor *= 1.0 + h);
+            }));
+        }
+        if !duct.actions.is_empty() {
+            changes.push(Box::new(move |h, _, ducts, _| {
+                ducts[i].actions.iter_mut().for_each(|action| action.law = scaled(&action.law, h));
+            }));
+        }
+    }
+    assert_eq!(changes.len(), 22);
+    let moved = |change: &Change<'_>, h: f64| {
+        let (mut state, mut ducts, mut ends) = everything(8.0);
+        change(h, &mut state, &mut ducts, &mut ends);
+        let chain = FlowChain::new(GAMMA, state, ducts, ends).unwrap().without_entropy_waves();
+        chain.solve(root.s, &newton).unwrap().s
+    };
+    let h = 1e-6;
+    let sum: f64 = changes.iter().map(|f| (moved(f, h) - moved(f, -h)).norm() / (2.0 * h)).sum();
+    let (got, expected) = (base.condition(&root).unwrap(), sum / root.s.norm());
+    assert!((got / expected - 1.0).abs() < 1e-6, "{got} {expected}");
 }
