@@ -6,6 +6,7 @@ use crate::{
     OpenStudy, compared,
     driven::{driven, unclipped},
 };
+use rijke_numerics::words::with_sd;
 use rijke_numerics::{Classify, Failed, StagedFolder, Tell, write_within};
 use rijke_rig::{Blow, Excitation, ExcitedRecords, RigError};
 use rijke_signal::{BlowMode, BlowOptions, combine_blows, fit_blow};
@@ -151,7 +152,7 @@ fn blows(records: &ExcitedRecords, blow: &Blow, study: &Study, tell: &dyn Tell) 
     for state in &blow.states {
         for near in &state.near_hz {
             let Some(BlowMode { s, covariance }) = found.next().flatten() else {
-                tell.note(format!("{}: no mode near {near} Hz", state.point));
+                tell.note(format!("{}: no mode near {near} Hz that decays beyond its error", state.point));
                 continue;
             };
             let [growth_sd, frequency_sd] = [covariance[(0, 0)].sqrt(), covariance[(1, 1)].sqrt() / TAU];
@@ -159,8 +160,10 @@ fn blows(records: &ExcitedRecords, blow: &Blow, study: &Study, tell: &dyn Tell) 
             text +=
                 &format!("{},{near:.0} Hz,{},{growth_sd},{frequency},{frequency_sd}\n", state.point, s.re);
             tell.say(format!(
-                "{}: {frequency:.2} +- {frequency_sd:.2} Hz, growth rate {:.1} +- {growth_sd:.1} 1/s",
-                state.point, s.re
+                "{}: {} Hz, growth rate {} 1/s",
+                state.point,
+                with_sd(frequency, frequency_sd),
+                with_sd(s.re, growth_sd)
             ));
             modes.push(json!({ "point": state.point, "frequency": [frequency, frequency_sd], "growth_rate": [s.re, growth_sd] }));
         }

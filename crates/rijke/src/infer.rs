@@ -70,6 +70,16 @@ fn print(ui: &Ui, found: &[InferredNetwork]) {
         numbers.into_iter().chain([f.file.display().to_string()])
     };
     ui.table(["ln BFL", "ln OF", "ln ML", "network"], found.iter().map(row));
+    if let [best, next, ..] = found
+        && let lead = best.evidence.ln_marginal - next.evidence.ln_marginal
+        && let decides = best.stage.decides
+        && lead < decides
+    {
+        ui.say(format!(
+            "not decided: {} leads by {lead:.1} nats, and {decides:.1} would decide",
+            best.file.display()
+        ));
+    }
     for f in found {
         ui.say(format!("{}:", f.file.display()));
         for p in &f.model().parameters {

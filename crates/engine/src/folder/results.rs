@@ -94,7 +94,9 @@ pub fn warn_of_ranking(dir: &Path, stage: &str, tell: &dyn Tell) {
     // Results of an older version may lack the file.
     let Ok(record) = kept::<StageRecord>(dir, "numbers", &format!("stage-{stage}")) else { return };
     let chosen = record.models.iter().find(|m| m.id == record.chosen);
-    let remarks = chosen.iter().flat_map(|m| m.remarks()).map(str::to_owned);
+    // Of further maxima the predictions say more.
+    let remarks = chosen.iter().flat_map(|m| m.remarks()).filter(|said| !said.contains("further maxim"));
+    let remarks = remarks.map(str::to_owned);
     let checks = record.checks.iter().flat_map(Checks::doubts);
     for said in record.missed.iter().cloned().chain(remarks).chain(checks) {
         tell.note(format!("warning: `rijke rank` said of this model: {said}"));

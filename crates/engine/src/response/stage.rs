@@ -372,7 +372,7 @@ mod tests {
     fn message_few_numbers_are_said() {
         let said = few(6, 3).unwrap();
         assert!(
-            said.contains("6 real numbers tell 3 parameters") && said.contains("about 2.3 times"),
+            said.contains("6 real numbers tell 3 parameters") && said.contains("about 2.4 times"),
             "{said}"
         );
         assert_eq!(few(60, 3), None);

@@ -85,7 +85,7 @@ impl FarOff {
         let all = all.join(", ");
         match self.one_side.filter(|_| self.is_far(1)) {
             Some(OneSide { count, higher }) => format!(
-                "the model misses {all}; all {count} frequencies lie {} it, by {:.1} % on average: an error that all points share does that, of the sampling rate, of a \
+                "the model misses {all}; all {count} frequencies lie {} it, by {:.1} % on average: an error that all points share would do that, of the sampling rate, of a \
                  length, or of T_amb (by {:.1} K at room temperature); check these, then priors and the model",
                 if higher > 0.0 { "above" } else { "below" },
                 100.0 * higher.abs(),

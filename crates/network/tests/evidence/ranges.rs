@@ -1,7 +1,10 @@
 //! Formulas that are asked where they do not hold: each is said, with a remedy.
 
-use rijke_network::NetworkError;
 use rijke_network::file::{DrivenQuantity, read};
+use rijke_network::laws::Law;
+use rijke_network::{NetworkError, Region};
+use rijke_numerics::C64;
+use std::f64::consts::PI;
 
 /// A tube of two ducts of half a metre with an element between them.
 fn tube(head: &str, duct: &str, element: &str) -> String {
@@ -191,6 +194,31 @@ fn behaviour_a_baffle_beyond_its_series_is_no_number() {
     let r = |hz: f64| read(&wide).unwrap().driven(&DrivenQuantity::Port("downstream".into()), &[hz]);
     assert!(r(250.0).unwrap()[1].1[0].norm() < 1.0);
     assert!(r(700.0).unwrap_err().to_string().contains("not finite"));
+}
+
+/// The poles of Rayleigh's piston, where its impedance is -rho c, are counted with the modes beside them; before,
+/// the search asked for them in words that no user can follow.
+#[test]
+fn exact_poles_of_a_baffle_are_declared() {
+    let (a, c) = (0.15, 343.0);
+    let law = Law::Flanged { radius: a, sound_speed: c };
+    let region = Region { sigma: [-5000.0, 0.0], omega: [2.0 * PI * 1200.0, 2.0 * PI * 1700.0] };
+    let poles = law.poles_in(&region).unwrap();
+    // |k a| = 3.9529 + 1.7551 i by a search of its own in the power series.
+    let expected = C64::new(0.0, 1.0) * C64::new(3.9529, 1.7551) * c / a;
+    assert!(poles.len() == 1 && (poles[0].0 - expected).norm() < 2e-4 * expected.norm(), "{poles:?}");
+    let duct = "[search]\nfrequency_hz = [1200, 1700]\ngrowth_rate = [-5000, 0]\n[upstream]\ntype = 'open'\n[downstream]\ntype = 'flanged'\n\
+                [[element]]\ntype = 'duct'\nlength = 1.0\ndiameter = 0.3\n";
+    let built = read(duct).unwrap();
+    assert!(built.modes(&built.region).unwrap().modes.len() > 1);
+}
+
+/// A rigid end reflects all, and has no finite impedance.
+#[test]
+fn exact_a_rigid_end_has_a_port() {
+    let built = read("[upstream]\ntype = 'unflanged'\n[downstream]\ntype = 'closed'\n[[element]]\ntype = 'duct'\nlength = 1.0\ndiameter = 0.05\n").unwrap();
+    let port = built.driven(&DrivenQuantity::Port("downstream".into()), &[100.0]).unwrap();
+    assert_eq!([port[0].1[0], port[1].1[0]], [C64::new(f64::INFINITY, 0.0), C64::ONE]);
 }
 
 #[test]
