@@ -2,7 +2,7 @@
 //! it.
 
 use crate::{EngineError, PointModel};
-use rijke_network::{Balance, Mode, Modes, NetworkError, Region, Root, Station, Workspace};
+use rijke_network::{Budget, Mode, Modes, NetworkError, Region, Root, Station, Workspace};
 use rijke_numerics::C64;
 use std::f64::consts::PI;
 
@@ -21,7 +21,7 @@ pub struct Spectrum {
 #[derive(Clone, Debug)]
 pub struct ModeDetails {
     /// Mean powers over energy, 1/s.
-    pub balance: Balance,
+    pub budget: Budget,
     /// The parts of the growth rate that laws have at places: coefficient, candidate and place, and 1/s.
     pub laws: Vec<(String, f64)>,
     /// How much relative errors of the chain's numbers are magnified in s.
@@ -83,9 +83,9 @@ impl PointModel<'_> {
         let mut details = Vec::new();
         for mode in &modes.modes {
             let root = Root { s: mode.s, steps: 0, residual: mode.residual };
-            let balance = chain.balance(&*filled, &root, work).map_err(fail)?;
+            let budget = chain.budget(&*filled, &root, work).map_err(fail)?;
             let mut laws: Vec<(String, f64)> = Vec::new();
-            for (law, power) in balance.places.iter().flat_map(|p| &p.laws) {
+            for (law, power) in budget.places.iter().flat_map(|p| &p.laws) {
                 let name = rijke_network::Coefficients::name(&*filled, *law);
                 match laws.iter_mut().find(|(known, _)| *known == name) {
                     Some((_, sum)) => *sum += 0.5 * power,
@@ -94,7 +94,7 @@ impl PointModel<'_> {
             }
             let condition = chain.condition(&*filled, &root, work).map_err(fail)?;
             let stations = chain.along(&*filled, &root, samples, work).map_err(fail)?;
-            details.push(ModeDetails { balance, laws, condition, stations });
+            details.push(ModeDetails { budget, laws, condition, stations });
         }
         Ok((region, Spectrum { modes, poles, details }))
     }

@@ -9,6 +9,7 @@ use crate::plane::newton::{Newton, Root};
 use crate::plane::region::Region;
 use crate::respond::answer::{Places, Response};
 use crate::sense::along::Station;
+use crate::sense::budget::Budget;
 use crate::sense::sensitivity::Sensitivities;
 use crate::slot::Slot;
 use rijke_numerics::{C64, Order};
@@ -34,7 +35,7 @@ use rijke_numerics::{C64, Order};
 ///     let root = chain.solve(&Constant, C64::new(0.0, 1080.0), &Newton::default(), &mut work)?;
 ///     let s = chain.respond(&Constant, &root, &places, Order::Second, &mut work)?.s;
 ///     assert_eq!(s.value(), root.s);
-///     assert!(chain.balance(&Constant, &root, &mut work)?.mismatch() < 1e-9);
+///     assert!(chain.budget(&Constant, &root, &mut work)?.mismatch() < 1e-9);
 /// }
 /// # Ok::<(), rijke_network::NetworkError>(())
 /// ```
@@ -116,12 +117,12 @@ pub trait Chain: std::fmt::Debug + Send + Sync {
     ///
     /// # Errors
     /// As [`Chain::solve`].
-    fn balance(
+    fn budget(
         &self,
         laws: &dyn Coefficients,
         root: &Root,
         work: &mut Workspace,
-    ) -> Result<Balance, NetworkError>;
+    ) -> Result<Budget, NetworkError>;
 
     /// How much relative errors of the chain's numbers are magnified in s: see [`Sensitivities::condition`].
     ///
@@ -133,51 +134,6 @@ pub trait Chain: std::fmt::Debug + Send + Sync {
         root: &Root,
         work: &mut Workspace,
     ) -> Result<f64, NetworkError>;
-}
-
-/// Mean power by mechanism over the energy of a mode, 1/s; positive feeds the mode. Half of each is its share
-/// of the growth rate.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Balance {
-    /// 2 sigma, what the others add up to.
-    pub growth: f64,
-    /// Through the upstream end, convection included.
-    pub upstream: f64,
-    /// Through the downstream end.
-    pub downstream: f64,
-    /// Viscous losses of the ducts.
-    pub viscous: f64,
-    /// Thermal losses of the ducts.
-    pub thermal: f64,
-    /// What the mean flow takes where nothing acts; 0 at rest.
-    pub mean_flow: f64,
-    /// At places where something acts.
-    pub places: Vec<Power>,
-}
-
-/// Mean power over energy at one place, 1/s.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Power {
-    /// The place.
-    pub place: usize,
-    /// All of it.
-    pub power: f64,
-    /// The parts that laws of the caller have in it; the rest is constant feedback, actions and mean heat of
-    /// the chain itself. Products of two laws are halved between them.
-    pub laws: Vec<(usize, f64)>,
-}
-
-impl Balance {
-    /// Sum of all entries minus 2 sigma, relative to the sum of their moduli: zero but for rounding at an
-    /// eigenvalue, and only there.
-    #[must_use]
-    pub fn mismatch(&self) -> f64 {
-        let parts = [self.upstream, self.downstream, self.viscous, self.thermal, self.mean_flow];
-        let all = parts.into_iter().chain(self.places.iter().map(|p| p.power));
-        let (sum, size) = all.fold((0.0, 0.0), |(sum, size), x| (sum + x, size + f64::abs(x)));
-        let scale = size.max(self.growth.abs());
-        if scale > 0.0 { (sum - self.growth).abs() / scale } else { 0.0 }
-    }
 }
 
 impl Chain for Network {
@@ -241,28 +197,14 @@ impl Chain for Network {
         Self::along(self, laws, root, samples, work)
     }
 
-    fn balance(
+    fn budget(
         &self,
         laws: &dyn Coefficients,
         root: &Root,
         work: &mut Workspace,
-    ) -> Result<Balance, NetworkError> {
+    ) -> Result<Budget, NetworkError> {
         self.check(laws, root.s, &mut work.laws)?;
-        let budget = self.budget(laws, root, work);
-        let place = |e: crate::sense::budget::Exchange| Power {
-            place: e.place,
-            power: e.power.iter().sum(),
-            laws: e.laws,
-        };
-        Ok(Balance {
-            growth: budget.growth,
-            upstream: budget.upstream,
-            downstream: budget.downstream,
-            viscous: budget.viscous,
-            thermal: budget.thermal,
-            mean_flow: 0.0,
-            places: budget.places.into_iter().map(place).collect(),
-        })
+        Ok(Self::budget(self, laws, root, work))
     }
 
     fn condition(

@@ -9,7 +9,9 @@ use rijke_network::file::{
     Built, ElementProblem, FileError, OscilosTexts, doubts_of_oscilos, read, read_oscilos, samples_of_each,
 };
 use rijke_network::flow_chain::FlowChain;
-use rijke_network::{Mode, ModeCurves, Modes, NetworkError, Region};
+use rijke_network::{
+    Chain, Coefficients, Constant, Mode, ModeCurves, Modes, NetworkError, Region, Workspace,
+};
 use rijke_numerics::words::few;
 use rijke_numerics::{C64, Classify, Failed};
 use rijke_study::Study;
@@ -31,7 +33,7 @@ pub struct ModeCase {
     pub(super) note: Option<String>,
     /// Where devices lie, m.
     pub devices: Vec<f64>,
-    pub(super) chain: Chain,
+    pub(super) given: Given,
     remedy: &'static str,
 }
 
@@ -40,19 +42,31 @@ const OPEN_END: &str = "open ends are laws of s here, type 11 the exact one, typ
                         lower by some 0.3 %); OSCILOS_lite evaluates fits at the frequency alone, so that its growth rates differ by some 1/s where modes are \
                         strongly damped: its numbers stand below the table";
 
-pub(super) enum Chain {
-    /// With the text of the file.
+/// What is asked: chains, or answers.
+pub(super) enum Given {
+    /// A network file, with its text.
     File(Box<Built>, String),
-    /// With the names of what acts at places.
+    /// Inputs of OSCILOS_lite, with the names of what acts at places.
     Oscilos(Box<FlowChain>, Vec<(usize, String)>),
     /// A model of a study at an operating point.
     Point(Box<Spectrum>),
 }
 
+impl Given {
+    /// The chain to ask and its laws, or the answers that are there already.
+    fn chain(&self) -> Result<(&dyn Chain, &dyn Coefficients), &Spectrum> {
+        match self {
+            Self::File(built, _) => Ok(built.chain()),
+            Self::Oscilos(chain, _) => Ok((&**chain, &Constant)),
+            Self::Point(spectrum) => Err(spectrum),
+        }
+    }
+}
+
 impl ModeCase {
-    fn new(path: &Path, region: Region, chain: Chain, remedy: &'static str) -> Self {
+    fn new(path: &Path, region: Region, given: Given, remedy: &'static str) -> Self {
         let (title, warnings, note, devices) = (None, Vec::new(), None, Vec::new());
-        Self { path: path.to_owned(), title, region, passive: false, warnings, note, devices, chain, remedy }
+        Self { path: path.to_owned(), title, region, passive: false, warnings, note, devices, given, remedy }
     }
 
     /// A network file, or the `rig.toml` of a study at the medians of its priors; frequencies (Hz) between
@@ -77,9 +91,9 @@ impl ModeCase {
         devices.dedup();
         let warnings = built.warnings.iter().map(ToString::to_string).collect();
         let (title, region, passive) = (built.name.take(), built.region, built.passive);
-        let chain = Chain::File(Box::new(built), text);
+        let given = Given::File(Box::new(built), text);
         let remedy = "Change the region with [search], --min-hz or --max-hz, or the element named.";
-        Ok(Self { title, passive, warnings, devices, ..Self::new(path, region, chain, remedy) })
+        Ok(Self { title, passive, warnings, devices, ..Self::new(path, region, given, remedy) })
     }
 
     /// A rig as studies have it, with quantities, formulas and unknowns; `error` says why it is no plain
@@ -110,9 +124,9 @@ impl ModeCase {
             Vec::from_iter((!unknowns.is_empty()).then(|| {
                 format!("unknown numbers are at the medians of their priors: {}", unknowns.join(", "))
             }));
-        let (title, chain) = (Some(study.rig.name), Chain::Point(Box::new(spectrum)));
+        let (title, given) = (Some(study.rig.name), Given::Point(Box::new(spectrum)));
         let remedy = "Change the region with [search] of the file.";
-        Ok(Self { title, warnings, devices, ..Self::new(path, region, chain, remedy) })
+        Ok(Self { title, warnings, devices, ..Self::new(path, region, given, remedy) })
     }
 
     /// Inputs of OSCILOS_lite.
@@ -147,9 +161,9 @@ impl ModeCase {
         let open = [&texts.inlet, &texts.outlet].into_iter().filter_map(|text| kind(text)).any(|k| k >= 11.0);
         let mut warnings = Vec::from_iter(open.then(|| OPEN_END.to_owned()));
         warnings.extend(doubts_of_oscilos(&texts));
-        let chain = Chain::Oscilos(Box::new(chain), names);
+        let given = Given::Oscilos(Box::new(chain), names);
         let remedy = "Change Scan_range.txt, or give --min-hz and --max-hz.";
-        Ok(Self { warnings, devices, ..Self::new(&path, region, chain, remedy) })
+        Ok(Self { warnings, devices, ..Self::new(&path, region, given, remedy) })
     }
 
     /// A point of a study, by the model of `stage`; without one, by that of the last ranked stage of which it
@@ -207,9 +221,9 @@ impl ModeCase {
             )
         });
         let title = Some(format!("{} at {id}, by {by}", study.plan.name));
-        let (warnings, chain) = (doubts_of(&study), Chain::Point(Box::new(spectrum)));
+        let (warnings, given) = (doubts_of(&study), Given::Point(Box::new(spectrum)));
         let remedy = "Change the region with [search] of rig.toml, --min-hz or --max-hz.";
-        Ok(Self { title, warnings, note, devices, ..Self::new(dir, region, chain, remedy) })
+        Ok(Self { title, warnings, note, devices, ..Self::new(dir, region, given, remedy) })
     }
 
     pub(super) fn bad<T>(&self, outcome: Result<T, NetworkError>) -> Result<T, Failed> {
@@ -217,21 +231,19 @@ impl ModeCase {
     }
 
     pub(super) fn modes(&self) -> Result<Modes, Failed> {
-        self.bad(match &self.chain {
-            Chain::File(built, _) => built.modes(&self.region),
-            Chain::Oscilos(chain, _) => chain.modes(&self.region),
-            Chain::Point(spectrum) => Ok(spectrum.modes.clone()),
+        self.bad(match self.given.chain() {
+            Ok((chain, laws)) => chain.modes(laws, &self.region, &mut Workspace::default()),
+            Err(known) => Ok(known.modes.clone()),
         })
     }
 
     /// Poles of laws within the region: growth rate and frequency.
     pub fn poles(&self) -> Result<Vec<[f64; 2]>, Failed> {
-        let poles: Vec<C64> = self.bad(match &self.chain {
-            Chain::File(built, _) => built.poles(&self.region),
-            Chain::Oscilos(chain, _) => {
-                chain.poles(&self.region).map(|all| all.into_iter().map(|p| p.0).collect())
+        let poles: Vec<C64> = self.bad(match self.given.chain() {
+            Ok((chain, laws)) => {
+                chain.poles(laws, &self.region).map(|all| all.into_iter().map(|p| p.0).collect())
             }
-            Chain::Point(spectrum) => Ok(spectrum.poles.clone()),
+            Err(known) => Ok(known.poles.clone()),
         })?;
         let inside = poles.into_iter().filter(|s| self.region.contains(*s));
         Ok(inside.map(|s| [s.re, s.im / (2.0 * PI)]).collect())
@@ -239,11 +251,12 @@ impl ModeCase {
 
     /// Shape of a mode and sensitivities of its growth rate along x.
     pub fn curves(&self, mode: &Mode) -> Result<ModeCurves, Failed> {
-        let root = mode.root();
-        let stations = match &self.chain {
-            Chain::File(built, _) => built.along(&root, samples_of_each(built.ducts())),
-            Chain::Oscilos(chain, _) => chain.along(&root, samples_of_each(chain.ducts().len())),
-            Chain::Point(spectrum) => Ok(spectrum.of(mode).map_or_else(Vec::new, |m| m.stations.clone())),
+        let stations = match self.given.chain() {
+            Ok((chain, laws)) => {
+                let samples = samples_of_each(chain.count());
+                chain.along(laws, &mode.root(), samples, &mut Workspace::default())
+            }
+            Err(known) => Ok(known.of(mode).map_or_else(Vec::new, |m| m.stations.clone())),
         }
         .or_failed()?;
         Ok(ModeCurves::of(mode.s, &stations))

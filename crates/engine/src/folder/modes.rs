@@ -1,9 +1,9 @@
 //! The modes of a case: counted, each with the parts of its growth rate.
 
-use super::case::{Chain, ModeCase};
+use super::case::{Given, ModeCase};
 use crate::ModeDetails;
-use rijke_network::file::{Account, Scatter, by_the_rule_of_oscilos, moved_by_pieces, scatter};
-use rijke_network::{Advice, Mode, Modes};
+use rijke_network::file::{Account, Actors, Scatter, by_the_rule_of_oscilos, moved_by_pieces, scatter};
+use rijke_network::{Advice, Constant, Mode, Modes};
 use rijke_numerics::{C64, Classify, Failed, Tell};
 use rijke_rig::files::csv_table;
 use serde::Serialize;
@@ -134,16 +134,16 @@ impl ModeCase {
 
     /// Everything about one mode that a line of the table holds.
     fn line(&self, mode: &Mode) -> Result<ModeLine, Failed> {
-        let account = match &self.chain {
-            Chain::File(built, _) => built.account(mode),
-            Chain::Oscilos(chain, names) => Account::with_flow(chain, names, &mode.root()),
-            Chain::Point(spectrum) => Ok(spectrum.of(mode).map_or_else(Account::default, account)),
+        let mut ruled = None;
+        let account = match &self.given {
+            Given::File(built, _) => built.account(mode),
+            Given::Oscilos(chain, names) => {
+                ruled = by_the_rule_of_oscilos(chain, mode.s).or_failed()?;
+                Account::of(&**chain, &Constant, Actors::AtPlaces(names), &mode.root())
+            }
+            Given::Point(spectrum) => Ok(spectrum.of(mode).map_or_else(Account::default, account)),
         }
         .or_failed()?;
-        let ruled = match &self.chain {
-            Chain::Oscilos(chain, _) => by_the_rule_of_oscilos(chain, mode.s).or_failed()?,
-            _ => None,
-        };
         Ok(ModeLine {
             frequency_hz: mode.s.im / (2.0 * PI),
             growth_rate: mode.s.re,
@@ -163,7 +163,7 @@ impl ModeCase {
 
     /// By how much each mode moves in twice as many pieces; nothing where no pieces stand for what varies.
     fn by_pieces(&self, modes: &Modes) -> Result<Vec<Option<C64>>, Failed> {
-        let Chain::File(built, text) = &self.chain else { return Ok(Vec::new()) };
+        let Given::File(built, text) = &self.given else { return Ok(Vec::new()) };
         if !built.in_pieces {
             return Ok(Vec::new());
         }
@@ -173,7 +173,7 @@ impl ModeCase {
 
     /// What the noise of measured tables does to each mode; nothing where no table of a network file has any.
     fn by_noise(&self, modes: &Modes) -> Result<Vec<ByNoise>, Failed> {
-        let Chain::File(built, text) = &self.chain else { return Ok(Vec::new()) };
+        let Given::File(built, text) = &self.given else { return Ok(Vec::new()) };
         if built.noise() <= NOISE {
             return Ok(Vec::new());
         }
@@ -213,7 +213,7 @@ impl FoundModes {
 
 /// The parts of the growth rate of a mode of a study.
 fn account(found: &ModeDetails) -> Account {
-    let b = &found.balance;
+    let b = &found.budget;
     let flow = Some(("mean flow".to_owned(), 0.5 * b.mean_flow)).filter(|(_, share)| *share != 0.0);
     Account {
         condition: found.condition,

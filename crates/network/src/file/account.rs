@@ -2,10 +2,10 @@
 //! where the growth rate of a mode comes from, and what small changes along it would do.
 
 use super::build::Built;
+use crate::chain::coefficients::{Coefficients, Constant};
 use crate::chain::workspace::Workspace;
 use crate::chains::Chain;
 use crate::error::NetworkError;
-use crate::flow_chain::FlowChain;
 use crate::plane::modes::{Mode, Modes};
 use crate::plane::newton::{Newton, Root};
 use crate::plane::region::Region;
@@ -38,32 +38,49 @@ pub struct Account {
     pub elements: Vec<(String, f64)>,
 }
 
+/// Whose the powers at places are.
+#[derive(Clone, Copy, Debug)]
+pub enum Actors<'a> {
+    /// Of laws: by law, who it is.
+    OfLaws(&'a [String]),
+    /// Of what acts at places of a chain with mean flow: place and name.
+    AtPlaces(&'a [(usize, String)]),
+}
+
 impl Account {
-    /// The account of a mode of a chain with mean flow, of which `names` say what acts at places.
+    /// The account of a mode of a chain with its laws.
     ///
     /// # Errors
-    /// [`NetworkError::NotFinite`].
-    pub fn with_flow(
-        chain: &FlowChain,
-        names: &[(usize, String)],
+    /// As [`Chain::budget`] and [`Chain::condition`].
+    pub fn of(
+        chain: &dyn Chain,
+        laws: &dyn Coefficients,
+        actors: Actors<'_>,
         root: &Root,
     ) -> Result<Self, NetworkError> {
-        let budget = chain.budget(root);
-        let shares = [budget.upstream, budget.downstream, budget.viscous, budget.thermal];
-        let mut account = Self::of_shares(shares, chain.condition(root)?);
-        for (place, power) in &budget.places {
-            let here = names.iter().filter(|(p, _)| p == place).map(|(_, name)| name.as_str());
-            let name = here.collect::<Vec<_>>().join(" + ");
-            account.add(if name.is_empty() { "heat and lumped losses" } else { &name }, 0.5 * power);
+        let mut work = Workspace::default();
+        let budget = chain.budget(laws, root, &mut work)?;
+        let condition = chain.condition(laws, root, &mut work)?;
+        let [upstream, downstream, viscous, thermal] =
+            [budget.upstream, budget.downstream, budget.viscous, budget.thermal].map(|power| 0.5 * power);
+        let mut account = Self { condition, upstream, downstream, viscous, thermal, elements: Vec::new() };
+        match actors {
+            Actors::OfLaws(names) => {
+                for (law, power) in budget.places.iter().flat_map(|at| &at.laws) {
+                    account.add(&names[*law], 0.5 * power);
+                }
+            }
+            Actors::AtPlaces(names) => {
+                for at in &budget.places {
+                    let here = names.iter().filter(|(place, _)| *place == at.place);
+                    let name = here.map(|(_, name)| name.as_str()).collect::<Vec<_>>().join(" + ");
+                    let name = if name.is_empty() { "heat and lumped losses" } else { &name };
+                    account.add(name, 0.5 * at.power);
+                }
+                account.add("mean flow", 0.5 * budget.mean_flow);
+            }
         }
-        account.add("mean flow", 0.5 * budget.mean_flow);
         Ok(account)
-    }
-
-    /// Of powers over energy, which are twice the shares.
-    fn of_shares(powers: [f64; 4], condition: f64) -> Self {
-        let [upstream, downstream, viscous, thermal] = powers.map(|power| 0.5 * power);
-        Self { condition, upstream, downstream, viscous, thermal, elements: Vec::new() }
     }
 
     fn add(&mut self, name: &str, share: f64) {
@@ -75,26 +92,31 @@ impl Account {
 }
 
 impl Built {
+    /// The chain that is asked, with its mean flow if it has one, and its laws.
+    #[must_use]
+    pub fn chain(&self) -> (&dyn Chain, &dyn Coefficients) {
+        match &self.flow {
+            Some(flow) => (flow, &Constant),
+            None => (&self.network, &self.laws),
+        }
+    }
+
     /// Every mode in `region`, counted.
     ///
     /// # Errors
-    /// As [`crate::Network::modes`].
+    /// As [`Chain::modes`].
     pub fn modes(&self, region: &Region) -> Result<Modes, NetworkError> {
-        match &self.flow {
-            Some(chain) => chain.modes(region),
-            None => self.network.modes(&self.laws, region, &mut Workspace::default()),
-        }
+        let (chain, laws) = self.chain();
+        chain.modes(laws, region, &mut Workspace::default())
     }
 
     /// The eigenvalue to which Newton's iteration from `guess` leads.
     ///
     /// # Errors
-    /// As [`crate::Network::solve`].
+    /// As [`Chain::solve`].
     pub fn solve(&self, guess: C64, settings: &Newton, work: &mut Workspace) -> Result<Root, NetworkError> {
-        match &self.flow {
-            Some(chain) => chain.solve(guess, settings),
-            None => self.network.solve(&self.laws, guess, settings, work),
-        }
+        let (chain, laws) = self.chain();
+        chain.solve(laws, guess, settings, work)
     }
 
     /// F(s) and dF/ds of the function whose zeros are the eigenvalues.
@@ -109,49 +131,35 @@ impl Built {
     /// Poles of laws within `region`, which are not modes.
     ///
     /// # Errors
-    /// As [`crate::Network::poles`].
+    /// As [`Chain::poles`].
     pub fn poles(&self, region: &Region) -> Result<Vec<C64>, NetworkError> {
-        let poles = match &self.flow {
-            Some(chain) => chain.poles(region),
-            None => self.network.poles(&self.laws, region),
-        }?;
-        Ok(poles.into_iter().map(|p| p.0).filter(|s| region.contains(*s)).collect())
+        let (chain, laws) = self.chain();
+        let poles = chain.poles(laws, region)?.into_iter().map(|p| p.0);
+        Ok(poles.filter(|s| region.contains(*s)).collect())
     }
 
     /// Where the growth rate of a mode comes from.
     ///
     /// # Errors
-    /// [`NetworkError::NotFinite`].
+    /// As [`Account::of`].
     pub fn account(&self, mode: &Mode) -> Result<Account, NetworkError> {
-        let root = mode.root();
-        if let Some(chain) = &self.flow {
-            return Account::with_flow(chain, &self.places, &root);
-        }
-        let mut work = Workspace::default();
-        let budget = self.network.budget(&self.laws, &root, &mut work);
-        let shares = [budget.upstream, budget.downstream, budget.viscous, budget.thermal];
-        let condition = Chain::condition(&self.network, &self.laws, &root, &mut work)?;
-        let mut account = Account::of_shares(shares, condition);
-        for (law, power) in budget.places.iter().flat_map(|exchange| &exchange.laws) {
-            account.add(&self.actors[*law], 0.5 * power);
-        }
-        Ok(account)
+        let (chain, laws) = self.chain();
+        let at_places = self.flow.as_ref().map(|_| Actors::AtPlaces(&self.places));
+        Account::of(chain, laws, at_places.unwrap_or(Actors::OfLaws(&self.actors)), &mode.root())
     }
 
     /// The mode at `root` and what a small change anywhere does to it, at `samples` points of every duct.
     ///
     /// # Errors
-    /// As [`crate::Network::along`].
+    /// As [`Chain::along`].
     pub fn along(&self, root: &Root, samples: usize) -> Result<Vec<Station>, NetworkError> {
-        match &self.flow {
-            Some(chain) => chain.along(root, samples),
-            None => self.network.along(&self.laws, root, samples, &mut Workspace::default()),
-        }
+        let (chain, laws) = self.chain();
+        chain.along(laws, root, samples, &mut Workspace::default())
     }
 
     /// Number of ducts along which [`Built::along`] goes.
     #[must_use]
     pub fn ducts(&self) -> usize {
-        self.flow.as_ref().map_or(self.network.segments().len(), |chain| chain.ducts().len())
+        self.chain().0.count()
     }
 }

@@ -32,7 +32,7 @@ mod sizes;
 mod spread;
 mod warning;
 
-pub use account::{Account, samples_of_each};
+pub use account::{Account, Actors, samples_of_each};
 pub use build::Built;
 pub use driven::{DrivenError, DrivenQuantity};
 pub use error::FileError;

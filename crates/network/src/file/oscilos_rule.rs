@@ -5,6 +5,9 @@
 //! analytic then, so that modes cannot be counted; from a mode of the exact ends its own is a few steps
 //! away.
 
+use crate::chain::coefficients::Constant;
+use crate::chain::workspace::Workspace;
+use crate::chains::Chain;
 use crate::error::NetworkError;
 use crate::flow_chain::{FlowChain, FlowEnd};
 use crate::laws::Law;
@@ -19,7 +22,7 @@ const MOST: usize = 100;
 /// the chain has no such end, or if the iteration does not end.
 ///
 /// # Errors
-/// As [`FlowChain::solve`].
+/// As [`Chain::solve`].
 pub fn by_the_rule_of_oscilos(chain: &FlowChain, mode: C64) -> Result<Option<C64>, NetworkError> {
     let ruled = |end: &FlowEnd, omega: f64| match end {
         FlowEnd::Reflection(Law::Unflanged { radius, sound_speed, .. }) => {
@@ -33,10 +36,11 @@ pub fn by_the_rule_of_oscilos(chain: &FlowChain, mode: C64) -> Result<Option<C64
     if chain.ends().iter().all(|end| ruled(end, mode.im).is_none()) {
         return Ok(None);
     }
-    let mut s = mode;
+    let (mut s, mut work) = (mode, Workspace::default());
     for _ in 0..MOST {
         let ends = chain.ends().clone().map(|end| ruled(&end, s.im).unwrap_or(end));
-        let next = chain.clone().with_ends(ends).solve(s, &Newton::default())?.s;
+        let ruled = chain.clone().with_ends(ends);
+        let next = ruled.solve(&Constant, s, &Newton::default(), &mut work)?.s;
         let step = (next - s).norm();
         s = next;
         if step <= 1e-10 * s.norm() {

@@ -14,7 +14,7 @@ use super::number::{Number, Seeded};
 use super::passage::State;
 use crate::error::NetworkError;
 use crate::plane::newton::Root;
-use crate::sense::along::{Station, bounded, of_loudest};
+use crate::sense::along::{Station, of_loudest};
 use rijke_numerics::ComplexDual;
 use rijke_numerics::{C64, JetSpace, Order};
 
@@ -32,24 +32,14 @@ struct Effects {
 
 impl FlowChain {
     /// The mode at `root` and its sensitivities at `samples` points of every duct, ends included (at least
-    /// 2), as [`crate::Network::along`]. The mean flow goes along with area and temperature; weak devices
-    /// leave it as it is.
-    ///
-    /// # Errors
-    /// [`NetworkError::NotFinite`] where dF/ds vanishes or a law has no value; [`NetworkError::Samples`] for
-    /// more than ten million stations.
-    pub fn along(&self, root: &Root, samples: usize) -> Result<Vec<Station>, NetworkError> {
-        self.along_with(&self.basis, root, samples)
-    }
-
-    /// The same with the chain as `basis` has it.
+    /// 2), as [`crate::Network::along`], with the chain as `basis` has it. The mean flow goes along with area
+    /// and temperature; weak devices leave it as it is.
     pub(super) fn along_with(
         &self,
         basis: &Basis<ComplexDual>,
         root: &Root,
         samples: usize,
     ) -> Result<Vec<Station>, NetworkError> {
-        bounded(samples, self.ducts.len())?;
         let passed = Passed::new(self, basis, root)?;
         let back = passed.eigenvalue();
         let (mut stations, mut start) = (Vec::new(), 0.0);

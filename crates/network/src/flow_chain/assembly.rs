@@ -13,12 +13,13 @@ use rijke_numerics::ComplexDual;
 ///
 /// ```
 /// use rijke_network::flow_chain::{FlowChain, FlowDuct, FlowEnd, FlowState};
-/// use rijke_network::{Region, laws::Law};
+/// use rijke_network::{Chain, Constant, Region, Workspace, laws::Law};
 /// use rijke_numerics::C64;
 /// let inlet = FlowState { pressure: 101_325.0, density: 1.2041, velocity: 3.4 };
 /// let end = FlowEnd::Reflection(Law::Constant(C64::new(-0.95, 0.0)));
 /// let chain = FlowChain::new(1.4, inlet, vec![FlowDuct::new(1.0, 1.0)], [end.clone(), end]).unwrap();
-/// let modes = chain.modes(&Region { sigma: [-50.0, 10.0], omega: [100.0, 4000.0] }).unwrap();
+/// let region = Region { sigma: [-50.0, 10.0], omega: [100.0, 4000.0] };
+/// let modes = chain.modes(&Constant, &region, &mut Workspace::default()).unwrap();
 /// assert_eq!(modes.modes.len(), 3);
 /// ```
 #[derive(Clone, Debug, PartialEq)]

@@ -11,43 +11,11 @@ use super::mean::{Mean, state_of};
 use super::number::Number as _;
 use super::passage::State;
 use crate::plane::newton::Root;
+use crate::sense::budget::{Budget, Power};
 use gauss_quad::GaussLegendre;
 use rijke_numerics::C64;
 use rijke_numerics::ComplexDual;
 use std::num::NonZeroUsize;
-
-/// Mean power over the energy of the mode, 1/s; positive feeds the mode. Half of each is its share of the
-/// growth rate.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct FlowBudget {
-    /// 2 sigma, what the others must add up to.
-    pub growth: f64,
-    /// Through the upstream end, convection included.
-    pub upstream: f64,
-    /// Through the downstream end.
-    pub downstream: f64,
-    /// Viscous losses.
-    pub viscous: f64,
-    /// Thermal losses.
-    pub thermal: f64,
-    /// At places between ducts where something acts or is heated: place and power.
-    pub places: Vec<(usize, f64)>,
-    /// At all other places: what the mean flow takes at changes of area, by vortices and entropy waves.
-    pub mean_flow: f64,
-}
-
-impl FlowBudget {
-    /// Sum of all entries minus 2 sigma, relative to the sum of their moduli: zero but for rounding if s is
-    /// an eigenvalue, and only then.
-    #[must_use]
-    pub fn mismatch(&self) -> f64 {
-        let parts = [self.upstream, self.downstream, self.viscous, self.thermal, self.mean_flow];
-        let all = parts.into_iter().chain(self.places.iter().map(|p| p.1));
-        let (sum, size) = all.fold((0.0, 0.0), |(sum, size), x| (sum + x, size + f64::abs(x)));
-        let scale = size.max(self.growth.abs());
-        if scale > 0.0 { (sum - self.growth).abs() / scale } else { 0.0 }
-    }
-}
 
 fn flux(mean: &Mean<ComplexDual>, [p, u, _]: &State<ComplexDual>) -> f64 {
     let compliance = 1.0 / (mean.gamma * mean.pressure.value.re);
@@ -60,24 +28,12 @@ fn flux_factors(mean: &FlowState, compliance: f64, [p, u]: [C64; 2]) -> (C64, C6
 }
 
 impl FlowChain {
-    /// The energy budget of the mode at `root`, which must be an eigenvalue.
-    #[must_use]
-    pub fn budget(&self, root: &Root) -> FlowBudget {
-        self.budget_with(&self.basis, root).0
-    }
-
-    /// The same with the chain as `basis` has it, and what attached laws have in the power of their places:
-    /// place, law, power.
-    pub(super) fn budget_with(
-        &self,
-        basis: &Basis<ComplexDual>,
-        root: &Root,
-    ) -> (FlowBudget, Vec<(usize, usize, f64)>) {
+    /// The energy budget of the mode at `root`, which must be an eigenvalue. The chain is as `basis` has it.
+    pub(super) fn budget_with(&self, basis: &Basis<ComplexDual>, root: &Root) -> Budget {
         let s = ComplexDual { value: root.s, slope: C64::ONE };
-        let mut budget = FlowBudget { growth: 2.0 * root.s.re, ..FlowBudget::default() };
+        let mut budget = Budget { growth: 2.0 * root.s.re, ..Budget::default() };
         let (mut energy, n) = (0.0, self.ducts.len());
         let area = |j: usize| basis.area[j].value.re;
-        let mut shares: Vec<(usize, usize, f64)> = Vec::new();
         self.sweep(basis, &s, |j, before, behind| {
             if j == n {
                 // The wave that comes back is that of the end, which is that of the sweep at an eigenvalue
@@ -99,31 +55,17 @@ impl FlowChain {
             {
                 budget.mean_flow += outgoing - incoming;
             } else {
-                budget.places.push((j, outgoing - incoming));
-            }
-            if j > 0 {
-                let here = self.shares(basis, j, [before, behind]);
-                shares.extend(here.map(|(law, power)| (j, law, area(j) * power)));
+                let shares = self.shares(basis, j, [before, behind]);
+                let laws = shares.map(|(law, power)| (law, area(j) * power)).collect();
+                budget.places.push(Power { place: j, power: outgoing - incoming, laws });
             }
             let [stored, viscous, thermal] = self.integrals(basis, j, behind, &s);
             energy += stored;
             budget.viscous -= viscous;
             budget.thermal -= thermal;
         });
-        let parts = [
-            &mut budget.upstream,
-            &mut budget.downstream,
-            &mut budget.viscous,
-            &mut budget.thermal,
-            &mut budget.mean_flow,
-        ];
-        for part in parts.into_iter().chain(budget.places.iter_mut().map(|p| &mut p.1)) {
-            *part /= energy;
-        }
-        for share in &mut shares {
-            share.2 /= energy;
-        }
-        (budget, shares)
+        budget.per_energy(energy);
+        budget
     }
 
     /// What laws that are attached at place `j` have in the power per area that the state behind it carries

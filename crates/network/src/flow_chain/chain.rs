@@ -7,7 +7,7 @@ use super::number::Seeded;
 use super::slots::Attached;
 use crate::chain::coefficients::{At, Coefficients, Laws, Pole};
 use crate::chain::workspace::Workspace;
-use crate::chains::{Balance, Chain, Power};
+use crate::chains::Chain;
 use crate::error::NetworkError;
 use crate::modes::contour::check_analytic;
 use crate::plane::modes::Modes;
@@ -17,6 +17,7 @@ use crate::plane::region::Region;
 use crate::plane::zeros::zeros;
 use crate::respond::answer::{Places, Response};
 use crate::sense::along::{Station, bounded};
+use crate::sense::budget::Budget;
 use crate::slot::Slot;
 use rijke_numerics::ComplexDual;
 use rijke_numerics::{C64, Jet, Order};
@@ -153,7 +154,7 @@ impl Chain for FlowChain {
                 poles.add((at, order), law, |other| *other == place, place);
             }
         }
-        let mut all = Self::poles(self, region)?;
+        let mut all = self.own_poles(region)?;
         all.extend(poles.all());
         Ok(all)
     }
@@ -209,26 +210,14 @@ impl Chain for FlowChain {
         self.along_with(&basis, root, samples)
     }
 
-    fn balance(
+    fn budget(
         &self,
         laws: &dyn Coefficients,
         root: &Root,
         work: &mut Workspace,
-    ) -> Result<Balance, NetworkError> {
+    ) -> Result<Budget, NetworkError> {
         let basis = self.with_laws(laws, root.s, &mut work.laws)?;
-        let (budget, shares) = self.budget_with(&basis, root);
-        let laws_at = |place: usize| shares.iter().filter(move |s| s.0 == place).map(|s| (s.1, s.2));
-        let of = |&(place, power): &(usize, f64)| Power { place, power, laws: laws_at(place).collect() };
-        let places = budget.places.iter().map(of).collect();
-        Ok(Balance {
-            growth: budget.growth,
-            upstream: budget.upstream,
-            downstream: budget.downstream,
-            viscous: budget.viscous,
-            thermal: budget.thermal,
-            mean_flow: budget.mean_flow,
-            places,
-        })
+        Ok(self.budget_with(&basis, root))
     }
 
     fn condition(
@@ -238,6 +227,6 @@ impl Chain for FlowChain {
         work: &mut Workspace,
     ) -> Result<f64, NetworkError> {
         let basis = self.with_laws(laws, root.s, &mut work.laws)?;
-        self.condition_with(&basis, root, Some(&work.laws))
+        self.condition_with(&basis, root, &work.laws)
     }
 }

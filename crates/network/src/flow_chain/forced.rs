@@ -166,8 +166,8 @@ mod tests {
     #[test]
     fn oracle_the_modes_are_where_the_impedance_meets_the_upstream_end() {
         let built = read(FLOW).unwrap();
+        let modes = built.modes(&built.region).unwrap();
         let chain = built.flow.unwrap();
-        let modes = chain.modes(&built.region).unwrap();
         assert!(!modes.modes.is_empty());
         for mode in &modes.modes {
             // At a mode a wave that enters has an unbounded answer: close to it the answer goes like

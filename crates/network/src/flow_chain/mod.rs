@@ -44,5 +44,4 @@ mod slots;
 mod solve;
 
 pub use assembly::FlowChain;
-pub use budget::FlowBudget;
 pub use ducts::{Action, ActionKind, FlowDuct, FlowEnd, FlowState, FlowWall, Reference};

@@ -39,16 +39,12 @@ const MOST_APART: usize = 160;
 impl FlowChain {
     /// The chain in jets of first order of the parameters and s, which is the last seed; laws of a caller
     /// depend on s alone.
-    fn seeded(&self, s: C64, parameters: &[FlowParameter], laws: Option<&Laws>) -> (Basis<Seeded>, Jet) {
+    fn seeded(&self, s: C64, parameters: &[FlowParameter], laws: &Laws) -> (Basis<Seeded>, Jet) {
         let p = parameters.len();
         let space = JetSpace::new(p + 1, Order::First);
         let one = Seeded::Fixed(C64::ONE);
         let s = space.seed(p, s);
-        let law = |k: usize| {
-            laws.map_or(Seeded::Fixed(C64::ZERO), |laws| {
-                Seeded::new(s.compose(laws.value(k), laws.slope(k), C64::ZERO))
-            })
-        };
+        let law = |k: usize| Seeded::new(s.compose(laws.value(k), laws.slope(k), C64::ZERO));
         let mut basis = self.unsettled_with(&one, &law);
         for (k, &parameter) in parameters.iter().enumerate() {
             use FlowParameter as P;
@@ -96,19 +92,11 @@ impl FlowChain {
     /// velocity, everything that acts, walls and the moduli of the ends, as
     /// [`crate::Sensitivities::condition`]; an end of a small |R| counts as one of |R| near 1. In a
     /// staircase of many pieces every so many-th one stands for those beside it.
-    ///
-    /// # Errors
-    /// [`NetworkError::NotFinite`].
-    pub fn condition(&self, root: &Root) -> Result<f64, NetworkError> {
-        self.condition_with(&self.basis, root, None)
-    }
-
-    /// The same with laws of a caller, which `basis` has too.
     pub(super) fn condition_with(
         &self,
         basis: &Basis<ComplexDual>,
         root: &Root,
-        laws: Option<&Laws>,
+        laws: &Laws,
     ) -> Result<f64, NetworkError> {
         use FlowParameter as P;
         let mut parameters = vec![

@@ -1,15 +1,11 @@
-//! Modes of a chain with flow: the one nearest a guess, and all in a region.
+//! What searches for modes of a chain with flow must know: F, its poles, and where entropy waves overflow.
 
 use super::assembly::FlowChain;
 use super::ducts::{Action, FlowEnd, Reference};
 use crate::error::NetworkError;
-use crate::plane::modes::Modes;
-use crate::plane::newton::{Newton, Root, iterate};
 use crate::plane::poles::PolesByPlace;
 use crate::plane::region::Region;
-use crate::plane::zeros::zeros;
-use rijke_numerics::C64;
-use rijke_numerics::ComplexDual;
+use rijke_numerics::{C64, ComplexDual};
 
 /// Largest power of e by which entropy waves may grow through the chain: at e^709 numbers overflow.
 const MOST_GROWTH: f64 = 600.0;
@@ -18,19 +14,8 @@ const MOST_GROWTH: f64 = 600.0;
 const ONE_PLACE: f64 = 1e-7;
 
 impl FlowChain {
-    /// Every mode in `region`, counted as by [`crate::Network::modes`].
+    /// Refuses a region in which entropy waves are no numbers.
     ///
-    /// # Errors
-    /// As [`crate::Network::modes`].
-    pub fn modes(&self, region: &Region) -> Result<Modes, NetworkError> {
-        region.check()?;
-        self.bound_entropy_waves(region)?;
-        let step = 0.25 * std::f64::consts::PI / self.travel_time();
-        let poles = self.poles(&region.widened(4.0 * step))?;
-        let inside = poles.iter().filter(|p| region.contains(p.0)).map(|p| p.1).sum();
-        zeros(|s| self.characteristic(s), region, step, poles, inside)
-    }
-
     /// # Errors
     /// [`NetworkError::EntropyWaves`] where e^{-sigma l/U} overflows in the region.
     pub(super) fn bound_entropy_waves(&self, region: &Region) -> Result<(), NetworkError> {
@@ -47,7 +32,7 @@ impl FlowChain {
     ///
     /// # Errors
     /// As [`crate::laws::Law::poles_in`].
-    pub fn poles(&self, region: &Region) -> Result<Vec<(C64, usize)>, NetworkError> {
+    pub(super) fn own_poles(&self, region: &Region) -> Result<Vec<(C64, usize)>, NetworkError> {
         let mut all = Vec::new();
         for end in &self.ends {
             if let FlowEnd::Reflection(law) = end {
@@ -78,17 +63,6 @@ impl FlowChain {
         }
         all.extend(poles.all());
         Ok(all)
-    }
-
-    /// The eigenvalue to which Newton's iteration from `guess` leads.
-    ///
-    /// # Errors
-    /// As [`crate::Network::solve`].
-    pub fn solve(&self, guess: C64, settings: &Newton) -> Result<Root, NetworkError> {
-        let spacing = std::f64::consts::PI / self.travel_time();
-        iterate(guess, spacing, settings, |s| {
-            self.sweep(&self.basis, &ComplexDual { value: s, slope: C64::ONE }, |_, _, _| ())
-        })
     }
 
     /// F(s) = g - R_d f at the outlet for g = 1 and no entropy wave at the inlet, and dF/ds.

@@ -12,33 +12,36 @@ use crate::plane::newton::Root;
 use rijke_numerics::C64;
 use rijke_numerics::ComplexDual;
 
-/// Mean power by mechanism over the energy of the mode, 1/s; positive feeds the mode. Half of each is its
-/// share of the growth rate.
+/// Mean power by mechanism over the energy of a mode, 1/s; positive feeds the mode. Half of each is its share
+/// of the growth rate.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Budget {
-    /// 2 sigma, what the others must add up to.
+    /// 2 sigma, what the others add up to.
     pub growth: f64,
-    /// Through the upstream end (radiation: negative).
+    /// Through the upstream end (radiation: negative), convection included.
     pub upstream: f64,
     /// Through the downstream end.
     pub downstream: f64,
-    /// Viscous losses in the segments.
+    /// Viscous losses of the ducts.
     pub viscous: f64,
-    /// Thermal losses in the segments.
+    /// Thermal losses of the ducts.
     pub thermal: f64,
-    /// At places with feedback.
-    pub places: Vec<Exchange>,
+    /// What the mean flow takes where nothing acts, at changes of area, by vortices and entropy waves; 0 at
+    /// rest.
+    pub mean_flow: f64,
+    /// At places where something acts or is heated.
+    pub places: Vec<Power>,
 }
 
-/// Mean power over energy at one place, 1/s, by feedback coefficient.
+/// Mean power over energy at one place, 1/s.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Exchange {
+pub struct Power {
     /// The place.
     pub place: usize,
-    /// By k_mu, k_mp, k_eu (an area change, which carries no power, excluded) and k_ep.
-    pub power: [f64; 4],
-    /// The same by law that acts there: number of the law, power. Constant feedback of the network itself is
-    /// not among them.
+    /// All of it.
+    pub power: f64,
+    /// The parts that laws of the caller have in it; the rest is constant feedback, actions and mean heat of
+    /// the chain itself. With mean flow, products of two laws are halved between them.
     pub laws: Vec<(usize, f64)>,
 }
 
@@ -48,11 +51,20 @@ impl Budget {
     /// coefficient lets pass of the wave that arrives there.
     #[must_use]
     pub fn mismatch(&self) -> f64 {
-        let places = self.places.iter().flat_map(|e| e.power);
-        let all = [self.upstream, self.downstream, self.viscous, self.thermal].into_iter().chain(places);
+        let parts = [self.upstream, self.downstream, self.viscous, self.thermal, self.mean_flow];
+        let all = parts.into_iter().chain(self.places.iter().map(|p| p.power));
         let (sum, size) = all.fold((0.0, 0.0), |(sum, size), x| (sum + x, size + f64::abs(x)));
         let scale = size.max(self.growth.abs());
         if scale > 0.0 { (sum - self.growth).abs() / scale } else { 0.0 }
+    }
+
+    /// Divides every power by the energy of the mode.
+    pub(crate) fn per_energy(&mut self, energy: f64) {
+        let own = [&mut self.upstream, &mut self.downstream, &mut self.viscous, &mut self.thermal];
+        let places = self.places.iter_mut();
+        let at_places =
+            places.flat_map(|p| std::iter::once(&mut p.power).chain(p.laws.iter_mut().map(|l| &mut l.1)));
+        own.into_iter().chain([&mut self.mean_flow]).chain(at_places).for_each(|power| *power /= energy);
     }
 }
 
@@ -98,7 +110,7 @@ impl Network {
                         -0.5 * after * (p2 * (ep * p1).conj()).re,
                     ];
                     if power.iter().any(|w| *w != 0.0) {
-                        budget.places.push(Exchange { place: j, power, laws: Vec::new() });
+                        budget.places.push(Power { place: j, power: power.iter().sum(), laws: Vec::new() });
                         joints.push(([p1, u1, p2], [before, after]));
                     }
                 }
@@ -119,14 +131,8 @@ impl Network {
                 budget.downstream = -0.5 * area * ((1.0 + r) * f * ((1.0 - r) * f / z).conj()).re;
             }
         });
-        let per_energy = energy.recip();
-        for entry in [&mut budget.upstream, &mut budget.downstream, &mut budget.viscous, &mut budget.thermal]
-        {
-            *entry *= per_energy;
-        }
-        for (exchange, ([p1, u1, p2], [before, after])) in budget.places.iter_mut().zip(joints) {
-            exchange.power = exchange.power.map(|w| w * per_energy);
-            for a in self.attached(1 + 2 * exchange.place) {
+        for (at, ([p1, u1, p2], [before, after])) in budget.places.iter_mut().zip(joints) {
+            for a in self.attached(1 + 2 * at.place) {
                 let k = a.weight * work.laws.value(a.law);
                 let power = match a.kind {
                     0 => before * (k * u1 * u1.conj()).re,
@@ -134,9 +140,10 @@ impl Network {
                     2 => after * (p2 * (k * u1).conj()).re,
                     _ => after * (p2 * (k * p1).conj()).re,
                 };
-                exchange.laws.push((a.law, -0.5 * per_energy * power));
+                at.laws.push((a.law, -0.5 * power));
             }
         }
+        budget.per_energy(energy);
         budget
     }
 }

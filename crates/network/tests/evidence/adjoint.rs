@@ -132,14 +132,24 @@ fn exact_laws_share_the_power_of_a_place_by_weight_and_value() {
         }
     });
     let mut work = Workspace::default();
-    let budget = net.budget(&screens, &root(&net, &screens, c(-5.0, 1040.0)), &mut work);
-    let [exchange] = &budget.places[..] else { panic!("{budget:?}") };
-    let [mu, mp, eu, ep] = exchange.power;
-    assert!([mu, mp, eu, ep].iter().all(|power| power.abs() > 0.1), "{exchange:?}");
-    let parts = [1.5 / 15.5 * mu, 14.0 / 15.5 * mu, ep, eu, mp];
+    let found = root(&net, &screens, c(-5.0, 1040.0));
+    let budget = net.budget(&screens, &found, &mut work);
+    let [at] = &budget.places[..] else { panic!("{budget:?}") };
+    // From p and u in front of the place: a force takes Re(k u u*) of u there, a source Re(p2 (k u)*) of p
+    // behind it, each over 2 E.
+    let here = net.along(&screens, &found, 2, &mut work).unwrap()[1];
+    let (p, u) = (here.pressure, here.velocity / here.impedance);
+    let behind = p - 15.5 * u - 0.12 * p;
+    let force = |k: f64, of: C64| k * (of * u.conj()).re;
+    let source = |k: f64, of: C64| k * (behind * of.conj()).re;
+    let parts = [force(1.5, u), force(14.0, u), source(7e-5, p), source(0.05, u), force(0.12, p)];
+    let whole: f64 = parts.iter().sum();
     for (law, part) in parts.into_iter().enumerate() {
-        let power: f64 = exchange.laws.iter().filter(|l| l.0 == law).map(|l| l.1).sum();
-        assert!((power / part - 1.0).abs() < 1e-12, "{law}: {power} {part}");
+        let power: f64 = at.laws.iter().filter(|l| l.0 == law).map(|l| l.1).sum();
+        assert!(
+            (power / part * whole / at.power - 1.0).abs() < 1e-10 && power.abs() > 0.1,
+            "{law}: {power} {part}"
+        );
     }
 }
 

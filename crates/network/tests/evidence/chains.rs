@@ -109,8 +109,8 @@ fn exact_the_chain_at_rest_is_itself_behind_the_trait() {
     assert!(modes.modes.len() >= 2);
     let near = modes.modes.iter().map(|m| (m.root().s - root.s).norm()).fold(f64::MAX, f64::min);
     assert!(near < 1e-9, "{near}");
-    let (balance, budget) = (chain.balance(&k, &root, &mut work).unwrap(), net.budget(&k, &root, &mut work));
-    assert!(balance.mismatch() < 1e-12 && balance.growth == budget.growth);
+    let (whole, budget) = (chain.budget(&k, &root, &mut work).unwrap(), net.budget(&k, &root, &mut work));
+    assert!(whole.mismatch() < 1e-12 && whole == budget);
     assert_eq!(chain.along(&k, &root, 3, &mut work).unwrap(), net.along(&k, &root, 3, &mut work).unwrap());
     assert_eq!(chain.count(), 3);
     assert!((chain.position(2) - 0.6).abs() < 1e-15);
@@ -180,28 +180,36 @@ fn oracle_laws_and_the_same_built_in_answer_alike() {
     ducts[1] = ducts[1].clone().with(ActionKind::Eu, heater);
     let built = FlowChain::new(GAMMA, inlet(340.0, 10.0), ducts, ends).unwrap().without_entropy_waves();
     let (free, mut work): (&dyn Chain, _) = (&free, Workspace::default());
-    let (one, two) = (free.modes(&set, &REGION, &mut work).unwrap(), built.modes(&REGION).unwrap());
+    let (one, two) =
+        (free.modes(&set, &REGION, &mut work).unwrap(), built.modes(&Constant, &REGION, &mut work).unwrap());
     assert!(one.modes.len() == two.modes.len() && one.modes.len() >= 2);
     for (x, y) in one.modes.iter().zip(&two.modes) {
         assert!((x.s - y.s).norm() < 1e-11 * y.s.norm());
         let root = y.root();
-        let (got, expected) = (free.balance(&set, &root, &mut work).unwrap(), built.budget(&root));
+        let (got, expected) = (
+            free.budget(&set, &root, &mut work).unwrap(),
+            built.budget(&Constant, &root, &mut work).unwrap(),
+        );
         assert!(got.mismatch() < 1e-9 && (got.upstream - expected.upstream).abs() < 1e-9);
         assert_eq!(got.places.iter().map(|p| p.place).collect::<Vec<_>>(), [1, 2]);
-        for (power, (_, total)) in got.places.iter().zip(&expected.places) {
-            assert!((power.power - total).abs() < 1e-9 * total.abs());
+        for (power, built) in got.places.iter().zip(&expected.places) {
+            assert!((power.power - built.power).abs() < 1e-9 * built.power.abs() && built.laws.is_empty());
             assert_eq!(power.laws.len(), 1);
         }
         // A screen alone takes all the power of its place but that of the step of area, which is convected:
         // of order M.
         let screen = &got.places[1];
         assert!((screen.laws[0].1 / screen.power - 1.0).abs() < 0.1 && screen.power < 0.0, "{screen:?}");
-        let (here, there) = (free.along(&set, &root, 4, &mut work).unwrap(), built.along(&root, 4).unwrap());
+        let (here, there) = (
+            free.along(&set, &root, 4, &mut work).unwrap(),
+            built.along(&Constant, &root, 4, &mut work).unwrap(),
+        );
         for (a, b) in here.iter().zip(&there) {
             assert!((a.area - b.area).norm() < 1e-9 * b.area.norm().max(1.0));
             assert!((a.branch - b.branch).norm() < 1e-9 * b.branch.norm().max(1.0));
         }
-        let ratio = free.condition(&set, &root, &mut work).unwrap() / built.condition(&root).unwrap();
+        let ratio = free.condition(&set, &root, &mut work).unwrap()
+            / built.condition(&Constant, &root, &mut work).unwrap();
         assert!((ratio - 1.0).abs() < 1e-9, "{ratio}");
     }
 }

@@ -8,7 +8,9 @@ use rijke_network::flow_chain::{ActionKind, FlowChain, FlowDuct};
 use rijke_network::laws::{
     Law, Table, TableError, TableRow, choked_inlet, choked_outlet, thick_wall_correction,
 };
-use rijke_network::{At, Laws, Network, NetworkError, Region, Segment, Slot, Workspace, levine_schwinger};
+use rijke_network::{
+    At, Chain, Constant, Laws, Network, NetworkError, Region, Segment, Slot, Workspace, levine_schwinger,
+};
 use rijke_numerics::C64;
 use std::f64::consts::PI;
 
@@ -178,7 +180,7 @@ fn speed(t: f64) -> f64 {
 
 #[track_caller]
 fn check(case: (FlowChain, Region), by_hand: &dyn Fn(C64) -> C64, tolerance: f64) {
-    let found = case.0.modes(&case.1).unwrap();
+    let found = case.0.modes(&Constant, &case.1, &mut Workspace::default()).unwrap();
     assert!(found.modes.len() >= 3);
     for m in found.modes {
         let gap = (by_hand(m.s) * 2e-3 / (by_hand(m.s + 1e-3) - by_hand(m.s - 1e-3))).norm();
@@ -210,7 +212,7 @@ fn oracle_oscilos_ends_11_are_unflanged_and_12_flanged() {
     // To first order they are longer by 0.6127 and 8/(3 pi) radii.
     for (kind, correction) in [(11, 0.6127), (12, 8.0 / (3.0 * PI))] {
         let case = oscilos("2 - - -", &format!("{kind} - - -"), "0");
-        let first = case.0.modes(&case.1).unwrap().modes[0].s.im;
+        let first = case.0.modes(&Constant, &case.1, &mut Workspace::default()).unwrap().modes[0].s.im;
         let longer = 0.5 * PI * speed(293.0) / first - 2.0;
         assert!((longer / 0.05 - correction).abs() < 0.01, "{kind}: {longer}");
     }
@@ -226,7 +228,7 @@ fn oracle_oscilos_own_rule_takes_open_ends_at_the_frequency_alone() {
         let length = (0.6133 + 0.027 * ka * ka) / (1.0 + 0.19 * ka * ka);
         -modulus * C64::new(0.0, -2.0 * ka * length).exp()
     };
-    for mode in case.0.modes(&case.1).unwrap().modes {
+    for mode in case.0.modes(&Constant, &case.1, &mut Workspace::default()).unwrap().modes {
         let s = by_the_rule_of_oscilos(&case.0, mode.s).unwrap().unwrap();
         let off = uniform(s, C64::new(0.3, 0.0), end(s.im)).norm();
         assert!(off < 1e-3, "{s}: {off}");

@@ -9,10 +9,7 @@ use rijke_numerics::C64;
 use std::f64::consts::PI;
 
 fn find(built: &Built) -> Modes {
-    match &built.flow {
-        Some(flow) => flow.modes(&built.region).unwrap(),
-        None => built.network.modes(&built.laws, &built.region, &mut Workspace::default()).unwrap(),
-    }
+    built.modes(&built.region).unwrap()
 }
 
 fn modes(text: &str) -> Vec<C64> {
@@ -299,12 +296,12 @@ fn order_files_with_flow_tend_to_files_without() {
     // A choked end needs no Mach number then; the budget closes with entropy waves.
     let choked = text.replace("type = 'constant'\nmodulus = 0.9\nangle = 3.1", "type = 'choked'");
     let built = read(&format!("{choked}[flow]\nvelocity = 10\n")).unwrap();
-    let chain = built.flow.unwrap();
-    let found = chain.modes(&rijke_network::Region { sigma: [-20.0, 200.0], ..built.region }).unwrap();
+    let found = built.modes(&rijke_network::Region { sigma: [-20.0, 200.0], ..built.region }).unwrap();
+    let (chain, laws) = built.chain();
     assert!(!found.modes.is_empty());
     for mode in found.modes {
         let root = rijke_network::Root { s: mode.s, steps: 0, residual: 0.0 };
-        assert!(chain.budget(&root).mismatch() < 1e-8);
+        assert!(chain.budget(laws, &root, &mut Workspace::default()).unwrap().mismatch() < 1e-8);
     }
     let said = |text: &str| read(text).unwrap_err();
     assert!(matches!(

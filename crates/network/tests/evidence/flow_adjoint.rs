@@ -6,7 +6,7 @@ use rijke_network::file::read;
 use rijke_network::flow_chain::{ActionKind, FlowChain, FlowDuct, FlowState, Reference};
 use rijke_network::laws::Law;
 use rijke_network::{
-    At, Chain, Constant, Device, Laws, NetworkError, Newton, Places, Region, Root, Slot, Workspace,
+    At, Chain, Constant, Device, Laws, NetworkError, Newton, Places, Region, Root, Slot, Station, Workspace,
 };
 use rijke_numerics::check::{slopes_from, slopes_near};
 use rijke_numerics::{C64, Order};
@@ -23,7 +23,11 @@ fn talkative(velocity: f64) -> FlowChain {
 
 fn solve(chain: &FlowChain, guess: C64) -> Root {
     let newton = Newton { tolerance: 1e-14, max_step: Some(20.0), ..Newton::default() };
-    chain.solve(guess, &newton).unwrap()
+    crate::mean_flow::solve(chain, guess, &newton)
+}
+
+fn along(chain: &FlowChain, root: &Root, samples: usize) -> Vec<Station> {
+    chain.along(&Constant, root, samples, &mut Workspace::default()).unwrap()
 }
 
 /// The same with every duct cut in two, so that place 2 i + 1 lies within what was duct i.
@@ -47,7 +51,7 @@ fn parameters_alone(count: usize) -> Given<impl Fn(&At, &mut Laws)> {
 fn oracle_adjoint_with_flow_agrees_with_jets_through_the_chain() {
     let chain = cut(&talkative(8.0));
     let root = solve(&chain, modes(&chain, &WIDE)[1]);
-    let stations = chain.along(&root, 2).unwrap();
+    let stations = along(&chain, &root, 2);
     let (mut attached, mut expected) = (chain, Vec::new());
     for place in (1..12).step_by(2) {
         let here = &stations[2 * place];
@@ -154,7 +158,7 @@ fn oracle_small_changes_anywhere_with_flow_do_what_stations_say() {
         // On both sides of the point (0.25 m into the first duct = 0.45 m before the flame) that the flame
         // hears.
         for (at, station) in [(0.12, 13 + 4), (0.21, 13 + 7), (0.27, 13 + 9)] {
-            let here = plain.along(&root, 11).unwrap()[station - 2];
+            let here = along(&plain, &root, 11)[station - 2];
             assert!((here.x - 0.4 - at).abs() < 1e-12 && here.segment == 1, "{}", here.x);
             let slope = |f: &dyn Fn(f64) -> FlowChain, h: f64| {
                 // Central differences of h and 2h: the error is of the fourth order.
@@ -218,13 +222,13 @@ fn order_references_and_sensitivities_tend_to_those_without_flow() {
         let mut gaps = |velocity: f64| {
             let flow = format!("[flow]\nvelocity = {velocity}\nentropy_waves = false\n");
             let chain = read(&file(reference, &flow)).unwrap().flow.unwrap();
-            let found = chain.modes(&still.region).unwrap().modes;
+            let found = modes(&chain, &still.region);
             assert_eq!(found.len(), exact.len(), "{reference}");
             let mut gaps = Vec::new();
             for (m, e) in found.iter().zip(&exact) {
-                gaps.push((m.s - e.s).norm());
+                gaps.push((m - e.s).norm());
                 let root = |s| Root { s, steps: 0, residual: 0.0 };
-                let with = chain.along(&root(m.s), 7).unwrap();
+                let with = along(&chain, &root(*m), 7);
                 let without = still.network.along(&still.laws, &root(e.s), 7, &mut work).unwrap();
                 let norm = |f: &dyn Fn(usize) -> [C64; 2]| {
                     let compared = (0..with.len()).filter(|&k| (with[k].x - at).abs() > 1e-6);
@@ -281,7 +285,7 @@ fn exact_a_loop_with_flow_against_its_own_equation() {
         (g + 0.8 * f) * open
     };
     let region = Region { sigma: [-200.0, 300.0], omega: [100.0, 4000.0] };
-    let found = chain.modes(&region).unwrap();
+    let found = chain.modes(&Constant, &region, &mut Workspace::default()).unwrap();
     assert_eq!(found.poles, 0);
     assert!(found.modes.len() >= 4);
     for m in &found.modes {

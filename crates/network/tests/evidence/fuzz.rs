@@ -2,8 +2,8 @@
 //! at random, and files whose numbers are replaced by hostile ones and which are then solved.
 
 use proptest::prelude::*;
-use rijke_network::Workspace;
 use rijke_network::file::{FileError, OscilosTexts, read, read_oscilos};
+use rijke_network::{Chain, Constant, Workspace};
 use rijke_numerics::Streams;
 
 const FILES: [&str; 4] = [
@@ -71,17 +71,12 @@ fn read_and_solve(text: &str) {
                 return;
             }
             let mut work = Workspace::default();
-            let modes = match &built.flow {
-                Some(flow) => flow.modes(&built.region),
-                None => built.network.modes(&built.laws, &built.region, &mut work),
-            };
+            let modes = built.modes(&built.region);
             for mode in modes.iter().flat_map(|m| &m.modes).take(3) {
                 let root = rijke_network::Root { s: mode.s, steps: 0, residual: 0.0 };
                 let _ = built.network.budget(&built.laws, &root, &mut work);
                 let _ = built.network.along(&built.laws, &root, 3, &mut work);
-                if let Some(flow) = &built.flow {
-                    let _ = (flow.budget(&root), flow.condition(&root), flow.along(&root, 3));
-                }
+                let _ = (built.account(mode), built.along(&root, 3));
             }
         }
     }
@@ -146,7 +141,7 @@ proptest! {
         let geometry = "t\n0 0.03 0 0\n0.4 0.01 11 0\n1 0.02 0 0\n".to_owned();
         let inputs = [geometry, good, row(40, 3), row(43, 4), row(47, 4), "t\n0 300 5 -50 50 5\n".to_owned()];
         if let Ok((chain, region)) = read_oscilos(&texts(inputs)) {
-            let _ = chain.modes(&region);
+            let _ = chain.modes(&Constant, &region, &mut Workspace::default());
         }
     }
 }

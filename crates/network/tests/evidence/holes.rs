@@ -3,7 +3,7 @@
 use crate::common_laws::c;
 use rijke_network::file::{ElementProblem, FileError, read};
 use rijke_network::levine_schwinger;
-use rijke_network::{Chain, Places, Workspace};
+use rijke_network::{Places, Workspace};
 use rijke_numerics::{C64, Order};
 use std::f64::consts::PI;
 
@@ -13,11 +13,7 @@ const DUCT: &str = "type = 'duct'\ndiameter = 0.05\nsound_speed = 343.2\ndensity
 
 fn modes(text: &str) -> Vec<C64> {
     let built = read(text).unwrap();
-    let found = match &built.flow {
-        Some(flow) => flow.modes(&built.region),
-        None => built.network.modes(&built.laws, &built.region, &mut Workspace::default()),
-    };
-    found.unwrap().modes.iter().map(|m| m.s).collect()
+    built.modes(&built.region).unwrap().modes.iter().map(|m| m.s).collect()
 }
 
 /// A tube closed upstream, R = 0.9 e^{3i} downstream, cut at 0.4 m of 1 m by a device.
@@ -143,12 +139,7 @@ fn exact_all_four_pairs_of_ideal_ends() {
         for flow in ["", "[flow]\nvelocity = 0.1\nentropy_waves = false\n"] {
             let built = read(&format!("{flow}{text}").replace("name = \"Tube", "# \"Tube")).unwrap();
             let mut work = Workspace::default();
-            let chain: &dyn Chain = match &built.flow {
-                Some(flow) => flow,
-                None => &built.network,
-            };
-            let laws: &dyn rijke_network::Coefficients =
-                if built.flow.is_some() { &rijke_network::Constant } else { &built.laws };
+            let (chain, laws) = built.chain();
             let found = chain.modes(laws, &built.region, &mut work).unwrap();
             assert!(found.counted >= 2);
             for (k, mode) in found.modes.iter().enumerate() {

@@ -2,6 +2,7 @@
 
 use crate::common_laws::c;
 use rijke_network::file::{OscilosError, OscilosTexts, by_the_rule_of_oscilos, read_oscilos};
+use rijke_network::{Chain, Constant, Workspace};
 use std::f64::consts::PI;
 
 fn texts() -> OscilosTexts {
@@ -19,7 +20,7 @@ fn texts() -> OscilosTexts {
 fn exact_oscilos_inputs() {
     // A closed-open duct of 2 m at M = 0.001: f = c (1 - M^2)/(4 L) (2k + 1).
     let (chain, region) = read_oscilos(&texts()).unwrap();
-    let found = chain.modes(&region).unwrap();
+    let found = chain.modes(&Constant, &region, &mut Workspace::default()).unwrap();
     let speed = (1.4 * 8.3145 / 28.96512 * 1000.0 * 293.0_f64).sqrt();
     let first = 0.5 * std::f64::consts::PI * speed * (1.0 - 1e-6) / 2.0;
     assert_eq!(found.counted, 12);
@@ -44,7 +45,9 @@ fn exact_oscilos_inputs() {
     };
     assert_eq!(read_oscilos(&twice).unwrap_err(), OscilosError::Flames { row: 3 });
     let lit = OscilosTexts { flame: Some("t a b\n1 0.3 2.1".to_owned()), ..flame };
-    let modes = read_oscilos(&lit).map(|(chain, region)| chain.modes(&region).unwrap()).unwrap();
+    let modes = read_oscilos(&lit)
+        .map(|(chain, region)| chain.modes(&Constant, &region, &mut Workspace::default()).unwrap())
+        .unwrap();
     assert!(modes.counted >= 8);
     let choked = OscilosTexts { outlet: "t a b c\n3 - - -\n".to_owned(), ..texts() };
     let said = read_oscilos(&choked).unwrap_err().to_string();
@@ -69,7 +72,7 @@ fn oracle_eigenvalues_that_oscilos_prints() {
         scan_range: "f f n g g n\n0 400 50 -250 250 50\n".to_owned(),
     };
     let (chain, region) = read_oscilos(&burner).unwrap();
-    let modes = chain.modes(&region).unwrap();
+    let modes = chain.modes(&Constant, &region, &mut Workspace::default()).unwrap();
     let ruled: Vec<_> =
         modes.modes.iter().filter_map(|m| by_the_rule_of_oscilos(&chain, m.s).unwrap()).collect();
     // The second of its numbers is not a zero of its own equation to all digits printed: its search ends

@@ -36,7 +36,7 @@ fn asked(tube: &Network, laws: &LawSet) -> Vec<NetworkError> {
         tube.solve(laws, s, &Newton::default(), &mut work).unwrap_err(),
         tube.modes(laws, &REGION, &mut work).unwrap_err(),
         tube.along(laws, &root, 5, &mut work).unwrap_err(),
-        tube.balance(laws, &root, &mut work).unwrap_err(),
+        Chain::budget(tube, laws, &root, &mut work).unwrap_err(),
         tube.sensitivities(laws, &root, &HALF, &mut Sensitivities::default(), &mut work).unwrap_err(),
     ];
     for order in [Order::Value, Order::First, Order::Second] {
@@ -63,7 +63,7 @@ fn message_a_law_that_is_not_there_is_named_with_its_slot() {
         chain.solve(&Constant, root.s, &Newton::default(), &mut work).unwrap_err(),
         chain.modes(&Constant, &REGION, &mut work).unwrap_err(),
         chain.respond(&Constant, &root, &HALF, Order::First, &mut work).unwrap_err(),
-        chain.balance(&Constant, &root, &mut work).unwrap_err(),
+        chain.budget(&Constant, &root, &mut work).unwrap_err(),
     ];
     for error in errors {
         assert_eq!(error, NetworkError::NoLaw { slot: Slot::Eu(1), law: 1, laws: 0 });
@@ -142,7 +142,7 @@ fn exact_an_energy_budget_closes_at_an_eigenvalue_alone() {
         let root = chain.solve(&Constant, c(-30.0, 720.0), &Newton::default(), &mut work).unwrap();
         let mut mismatch = |s: C64| {
             let root = Root { s, ..root };
-            chain.balance(&Constant, &root, &mut work).unwrap().mismatch()
+            chain.budget(&Constant, &root, &mut work).unwrap().mismatch()
         };
         assert!(mismatch(root.s) < 1e-12);
         // It grows in proportion to the distance, and is large far off.
@@ -163,7 +163,7 @@ fn message_lengths_stretches_and_samples_that_are_none() {
     assert!(back.to_string().contains("give the place upstream first"), "{back}");
     let blown = FlowChain::of(&tube, 1.4, 1.0).unwrap();
     let guess = tube.solve(&laws, c(-24.0, 718.0), &Newton::default(), &mut work).unwrap().s;
-    let root = blown.solve(guess, &Newton::default()).unwrap();
-    let most = blown.along(&root, usize::MAX).unwrap_err();
+    let root = blown.solve(&laws, guess, &Newton::default(), &mut work).unwrap();
+    let most = blown.along(&laws, &root, usize::MAX, &mut work).unwrap_err();
     assert!(matches!(most, NetworkError::Samples { samples: usize::MAX, .. }), "{most}");
 }

@@ -1,8 +1,8 @@
 //! Devices at one place of a file against products of their own matrices, in the order of the file.
 
 use crate::common_laws::c;
+use rijke_network::NetworkError;
 use rijke_network::file::read;
-use rijke_network::{NetworkError, Workspace};
 use rijke_numerics::C64;
 use std::f64::consts::PI;
 
@@ -29,11 +29,7 @@ fn tube(row: &[&str], flow: &str) -> String {
 
 fn modes(text: &str) -> Vec<C64> {
     let built = read(text).unwrap();
-    let found = match &built.flow {
-        Some(flow) => flow.modes(&built.region).unwrap(),
-        None => built.network.modes(&built.laws, &built.region, &mut Workspace::default()).unwrap(),
-    };
-    found.modes.iter().map(|m| m.s).collect()
+    built.modes(&built.region).unwrap().modes.iter().map(|m| m.s).collect()
 }
 
 /// Pressure at the open end over that of the two waves behind the row, device after device.
@@ -105,10 +101,7 @@ fn message_a_side_branch_of_a_million_modes_is_refused_before_the_search() {
     let branch = "[[element]]\ntype = 'quarter-wave'\nlength = 1e9\narea = 1e-4\n";
     for flow in ["", "[flow]\nmach = 0.01\nentropy_waves = false\n"] {
         let built = read(&tube(&[branch], flow)).unwrap();
-        let found = match &built.flow {
-            Some(flow) => flow.modes(&built.region).err(),
-            None => built.network.modes(&built.laws, &built.region, &mut Workspace::default()).err(),
-        };
+        let found = built.modes(&built.region).err();
         let Some(NetworkError::TooLarge { modes, .. }) = found else { panic!("{found:?}") };
         assert!(modes > 1e6, "{modes}");
     }

@@ -124,7 +124,7 @@ fn behaviour_the_condition_of_a_long_staircase_is_that_of_a_short_one() {
         let built = read(&tube(&format!("pieces = {pieces}"))).unwrap();
         let modes = built.modes(&built.region).unwrap().modes;
         let mode = modes.iter().find(|m| (m.s.im / std::f64::consts::TAU - 217.4).abs() < 2.0).unwrap();
-        built.flow.unwrap().condition(&mode.root()).unwrap()
+        built.account(mode).unwrap().condition
     };
     let [short, long] = [140, 320].map(condition);
     assert!((long / short - 1.0).abs() < 0.1 && short > 1.0, "{short} {long}");

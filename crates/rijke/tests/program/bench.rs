@@ -30,10 +30,7 @@ fn by_bench(truth: &str, campaign: &str) -> Vec<C64> {
 /// The modes of a network file.
 fn by_network(text: &str) -> Vec<C64> {
     let built = rijke_network::file::read(text).unwrap();
-    let modes = match &built.flow {
-        Some(chain) => chain.modes(&built.region).unwrap(),
-        None => built.network.modes(&built.laws, &built.region, &mut Default::default()).unwrap(),
-    };
+    let modes = built.modes(&built.region).unwrap();
     let mut all: Vec<C64> = modes.modes.iter().map(|mode| mode.s).collect();
     all.sort_by(|a, b| a.im.total_cmp(&b.im));
     all

@@ -29,7 +29,7 @@ fn exact_parts_of_the_growth_rate_bear_the_names_of_their_laws() {
         }
         assert!(!details.laws.iter().any(|(law, _)| law.starts_with("law ")), "{:?}", details.laws);
         // The account is that of this mode: its powers over its energy are twice its growth rate.
-        let growth = details.balance.growth;
+        let growth = details.budget.growth;
         assert!((growth - 2.0 * mode.s.re).abs() < 1e-9 * mode.s.norm(), "{growth} {}", mode.s);
     }
 }

@@ -197,7 +197,7 @@ fn exact_predictions_are_one_posterior_and_the_closed_form() {
         let (_, spectrum, ..) =
             modes_at(&study, Some(&observations), Some(&saved), k, [None, Some(250.0)]).unwrap();
         let first = spectrum.modes.modes[0].s;
-        assert!((first.re - f.growth_rate[0]).abs() < 1e-6 && spectrum.details[0].balance.mismatch() < 1e-9);
+        assert!((first.re - f.growth_rate[0]).abs() < 1e-6 && spectrum.details[0].budget.mismatch() < 1e-9);
     }
     // At a length that was not measured.
     let asked = [BTreeMap::from([("x".to_owned(), 0.9)])];
