@@ -17,6 +17,12 @@ pub enum TwoReadings {
          of the two readings differ. Excite one of the modes alone, or record more microphones at less noise"
     )]
     TwoModes(f64),
+    /// Two components of one shape, with these growth rates, 1/s, and nearly one frequency.
+    #[error(
+        "the decay is of two parts of one frequency and one shape, with the growth rates {0:.2} and {1:.2} 1/s: one of them is a loudspeaker that dies away slowly, and \
+         the record does not tell which. Switch it off by a relay"
+    )]
+    OneShape(f64, f64),
     /// The damping at the end of the forcing is by this share, with its standard deviation, below that at small
     /// amplitude.
     #[error(

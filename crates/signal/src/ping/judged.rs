@@ -18,6 +18,14 @@ use rijke_numerics::C64;
 
 /// A second mode nearer than this, with a drift beside it, is no mode of a rig, Hz.
 const TOUCHING_HZ: f64 = 2.0;
+/// Two parts of a decay have one shape if their product is this part of what it could be, and one frequency if
+/// they differ in it by this part of their growth rates.
+const ONE_SHAPE: f64 = 0.98;
+const ONE_FREQUENCY: f64 = 0.5;
+/// A loudspeaker that decays so many times faster or slower than the mode is told from it.
+const LIKE: f64 = 5.0;
+/// A second part of less than this share of the amplitude is no loudspeaker.
+const FAINT: f64 = 0.1;
 /// A share by which the damping at the end of the forcing lies below that at small amplitude, from which it is
 /// no property of the rig alone.
 const SLOW_AT_FIRST: f64 = 0.1;
@@ -180,6 +188,9 @@ impl Fitted {
             }
             drift.remove(&mut ping);
         }
+        if let Some(second) = self.of_one_shape() {
+            return Err(Fault::TwoReadings(TwoReadings::OneShape(s.re, second.re)));
+        }
         if let Some(rival) = &self.rival {
             let apart = |k: usize, distance: f64| distance.abs() > READINGS * ping.covariance[(k, k)].sqrt();
             let [first, second] = [0, 1].map(|k| rival.components[k].s);
@@ -210,5 +221,22 @@ impl Fitted {
             residual_variance: variance,
             noise: self.left.iter().take(NOISE).map(|v| *v as f32).collect(),
         })
+    }
+
+    /// A second mode that has the shape of the first, and differs from it by its growth rate and hardly by its
+    /// frequency.
+    fn of_one_shape(&self) -> Option<C64> {
+        let Solution { components, amplitudes, .. } = &self.solution;
+        let (s, own) = (components.first()?.s, amplitudes.first()?);
+        let product = |a: &[C64], b: &[C64]| a.iter().zip(b).map(|(a, b)| a.conj() * b).sum::<C64>().norm();
+        let alike = |a: &[C64]| product(a, own).powi(2) > ONE_SHAPE * product(a, a) * product(own, own);
+        let others = components.iter().zip(amplitudes).skip(1).filter(|(c, _)| c.kind == Kind::Mode);
+        let one = |c: &Component| {
+            let ratio = c.s.re / s.re;
+            (c.s.im - s.im).abs() < ONE_FREQUENCY * (c.s.re - s.re).abs()
+                && (1.0 / LIKE..LIKE).contains(&ratio)
+        };
+        let strong = |a: &[C64]| product(a, a) > FAINT * FAINT * product(own, own);
+        others.filter(|(c, a)| one(c) && own.len() > 1 && strong(a) && alike(a)).map(|(c, _)| c.s).next()
     }
 }

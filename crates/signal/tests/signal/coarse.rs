@@ -12,22 +12,13 @@ fn rounded(record: &[Vec<f64>], step: f64) -> Vec<Vec<f64>> {
 
 #[test]
 fn coverage_of_coarse_converters() {
-    check(40, &[(0.02, 30.0), (0.1, 15.0), (0.5, 30.0), (0.25, 3000.0)]);
+    check(40, &[(0.02, 30.0), (0.1, 15.0), (0.5, 30.0)]);
 }
 
 #[test]
-#[ignore = "long: 200 records of each of eight converters"]
+#[ignore = "long: 200 records of each of seven converters"]
 fn coverage_of_coarse_converters_over_200_seeds() {
-    let more = [
-        (0.02, 30.0),
-        (0.1, 15.0),
-        (0.1, 30.0),
-        (0.1, 200.0),
-        (0.3, 30.0),
-        (0.5, 30.0),
-        (1.0, 30.0),
-        (0.25, 3000.0),
-    ];
+    let more = [(0.02, 30.0), (0.1, 15.0), (0.1, 30.0), (0.1, 200.0), (0.3, 30.0), (0.5, 30.0), (1.0, 30.0)];
     check(200, &more);
 }
 
