@@ -40,8 +40,8 @@ pub struct BlowMode {
 /// What several records of like blows tell together.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CombinedBlows {
-    /// For every wanted frequency the mean over the records, or none if no record has the mode, or it does not decay
-    /// beyond its error.
+    /// For every wanted frequency the mean over the records, or none if no record has the mode, or it does
+    /// not decay beyond its error.
     pub modes: Vec<Option<BlowMode>>,
     /// Records left out of the mean of a mode, by their place in the input, and why.
     pub outliers: Vec<(usize, Fault)>,

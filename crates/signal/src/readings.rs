@@ -23,8 +23,8 @@ pub enum TwoReadings {
          the record does not tell which. Switch it off by a relay"
     )]
     OneShape(f64, f64),
-    /// The damping at the end of the forcing is by this share, with its standard deviation, below that at small
-    /// amplitude.
+    /// The damping at the end of the forcing is by this share, with its standard deviation, below that at
+    /// small amplitude.
     #[error(
         "the amplitude falls more slowly at first than later: the damping at the end of the forcing is {:.1} +- {:.1} % below that at small amplitude. A loudspeaker that \
          dies away slowly does that, and then no growth rate can be told: switch it off by a relay. If nothing drives the rig, excite it more weakly",

@@ -366,8 +366,8 @@ const FEW: f64 = 1.1;
 mod tests {
     use super::few;
 
-    /// Six numbers and three parameters, whose two standard deviations missed the truth in a third of data sets:
-    /// root two times half of 3.3.
+    /// Six numbers and three parameters, whose two standard deviations missed the truth in a third of data
+    /// sets: root two times half of 3.3.
     #[test]
     fn message_few_numbers_are_said() {
         let said = few(6, 3).unwrap();

@@ -103,7 +103,8 @@ impl Common {
                     return None;
                 }
                 let [_, squares] = mean_and_squares(means.iter().copied());
-                // A further group about the mean of these, which tell their scatter with few degrees of freedom.
+                // A further group about the mean of these, which tell their scatter with few degrees of
+                // freedom.
                 let (n, freedom) = (means.len() as f64, (means.len() - 1) as f64);
                 let own = (squares / freedom * (1.0 + 1.0 / n)).sqrt();
                 limit = limit.max(own * student_of(AMONG_FEW, freedom));
@@ -285,7 +286,8 @@ mod tests {
             Common::Installation.apart(&there, 0.01, false, vary).map(|found| found.distance)
         };
         assert!(distance(4.0, false).is_none_or(|d| d < 8.0));
-        // Their standard deviation is root 4/3, and a fifth one scatters about their mean by root 5/4 times it.
+        // Their standard deviation is root 4/3, and a fifth one scatters about their mean by root 5/4 times
+        // it.
         let limit = (5.0_f64 / 3.0).sqrt() * student_of(4.0, 3.0);
         assert_eq!(distance(0.99 * limit, true), None);
         assert!((distance(1.01 * limit, true).unwrap() - 6.06).abs() < 1e-9);

@@ -95,8 +95,8 @@ impl Run {
                 wiring.change(o, reference)
             }
         };
-        // Densities are of the numbers that were written: with another microphone as reference, n pressures are
-        // those over one of them, z, with the Jacobian |z|^(-2 (n + 1)).
+        // Densities are of the numbers that were written: with another microphone as reference, n pressures
+        // are those over one of them, z, with the Jacobian |z|^(-2 (n + 1)).
         let jacobian = |o: &Observed| {
             let (right, scale) = wiring.put_right(&o.mode.pressures, reference)?;
             Some(-2.0 * (right.len() + 1) as f64 * scale.norm().ln())

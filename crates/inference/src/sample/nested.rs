@@ -77,8 +77,8 @@ impl Sampler for Nested {
         let Some(mut live) = self.drawn(target, &mut stream, &mut calls)? else {
             return Ok(Integrated { finished: false, calls, ..Integrated::default() });
         };
-        // The share of the prior at which the model has an answer, which holds the evidence: points without one
-        // are no plateau that could shrink step by step (Fowlie, Handley & Su 2021, MNRAS 503, 1199).
+        // The share of the prior at which the model has an answer, which holds the evidence: points without
+        // one are no plateau that could shrink step by step (Fowlie, Handley & Su 2021, MNRAS 503, 1199).
         let (kept, drawn) = (self.live as f64, calls.value as f64);
         let mut ln_mass = (kept / drawn).ln();
         let error_of_mass = (1.0 / kept - 1.0 / drawn).max(0.0);

@@ -196,8 +196,8 @@ fn behaviour_a_baffle_beyond_its_series_is_no_number() {
     assert!(r(700.0).unwrap_err().to_string().contains("not finite"));
 }
 
-/// The poles of Rayleigh's piston, where its impedance is -rho c, are counted with the modes beside them; before,
-/// the search asked for them in words that no user can follow.
+/// The poles of Rayleigh's piston, where its impedance is -rho c, are counted with the modes beside them;
+/// before, the search asked for them in words that no user can follow.
 #[test]
 fn exact_poles_of_a_baffle_are_declared() {
     let (a, c) = (0.15, 343.0);

@@ -15,6 +15,7 @@ mod driven;
 mod excess;
 mod exchanged;
 mod excited;
+mod fading;
 mod free;
 mod hum;
 mod lost;

@@ -102,8 +102,8 @@ impl Run {
         saved
     }
 
-    /// Searched from `start`, parameters of the model: a search from elsewhere may end in another maximum than
-    /// the one that was ranked.
+    /// Searched from `start`, parameters of the model: a search from elsewhere may end in another maximum
+    /// than the one that was ranked.
     fn trained_with_noise_of_predictions(
         &self,
         stage: &Stage,
