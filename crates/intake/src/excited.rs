@@ -152,7 +152,7 @@ fn blows(records: &ExcitedRecords, blow: &Blow, study: &Study, tell: &dyn Tell) 
     for state in &blow.states {
         for near in &state.near_hz {
             let Some(BlowMode { s, covariance }) = found.next().flatten() else {
-                tell.note(format!("{}: no mode near {near} Hz that decays beyond its error", state.point));
+                tell.note(format!("{}: no mode near {near} Hz", state.point));
                 continue;
             };
             let [growth_sd, frequency_sd] = [covariance[(0, 0)].sqrt(), covariance[(1, 1)].sqrt() / TAU];

@@ -40,8 +40,7 @@ pub struct BlowMode {
 /// What several records of like blows tell together.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CombinedBlows {
-    /// For every wanted frequency the mean over the records, or none if no record has the mode, or it does
-    /// not decay beyond its error.
+    /// For every wanted frequency the mean over the records, or none if no record has the mode.
     pub modes: Vec<Option<BlowMode>>,
     /// Records left out of the mean of a mode, by their place in the input, and why.
     pub outliers: Vec<(usize, Fault)>,
@@ -58,8 +57,6 @@ const BLOCKS_BEFORE: usize = 20;
 /// error.
 const LATER: f64 = 0.01;
 const STARTS: usize = 3;
-/// A mode decays if its growth rate lies so many standard deviations below zero: noise has poles, too.
-const DECAYS: f64 = 4.0;
 /// A mode is one that was wanted if it is so near, relatively.
 const NEAR: f64 = 0.04;
 
@@ -144,11 +141,8 @@ pub fn combine_blows(fits: &[BlowFit]) -> CombinedBlows {
     };
     let mut found: Vec<Option<Repeats>> = (0..count).map(&mut of).collect();
     pool(&mut found.iter_mut().flatten().collect::<Vec<_>>());
-    let mode = |r: Repeats| {
-        let decays = r.mean[0] < -DECAYS * r.covariance[(0, 0)].sqrt();
-        decays.then(|| BlowMode { s: C64::new(r.mean[0], r.mean[1]), covariance: r.covariance })
-    };
-    CombinedBlows { modes: found.into_iter().map(|r| r.and_then(mode)).collect(), outliers }
+    let mode = |r: Repeats| BlowMode { s: C64::new(r.mean[0], r.mean[1]), covariance: r.covariance };
+    CombinedBlows { modes: found.into_iter().map(|r| r.map(mode)).collect(), outliers }
 }
 
 /// The mean of at least two fits of one record from different starts, weighted by the errors of their
