@@ -27,7 +27,7 @@ pub enum TwoReadings {
     /// small amplitude.
     #[error(
         "the amplitude falls more slowly at first than later: the damping at the end of the forcing is {:.1} +- {:.1} % below that at small amplitude. A loudspeaker that \
-         dies away slowly does that, and then no growth rate can be told: switch it off by a relay. If nothing drives the rig, excite it more weakly",
+         dies away slowly does that, and so does a microphone that saturates; then no growth rate can be told: switch the loudspeaker off by a relay, and excite more weakly",
         100.0 * .0, 100.0 * .1
     )]
     SlowAtFirst(f64, f64),

@@ -3,7 +3,7 @@
 use crate::driven::Driven;
 use crate::short::any;
 use rayon::prelude::*;
-use rijke_signal::{Channel, Fault, Mishap, Unstable};
+use rijke_signal::{Channel, Fault, Mishap, TwoReadings, Unstable};
 use std::f64::consts::TAU;
 
 type Harm = fn(&Driven, &mut Vec<Vec<f64>>, f64);
@@ -66,7 +66,10 @@ fn faults() -> Vec<(&'static str, Harm, Vec<f64>, Right)> {
                 }
             },
             vec![0.5, 0.8, 1.2],
-            |fault| matches!(fault, Fault::Saturated { .. }),
+            // Or as one of two causes, where the decay is slower at first.
+            |fault| {
+                matches!(fault, Fault::Saturated { .. } | Fault::TwoReadings(TwoReadings::SlowAtFirst(..)))
+            },
         ),
         (
             "strong hum",
