@@ -58,6 +58,11 @@ pub struct TrainedPosterior {
 }
 
 impl Trained {
+    /// The model's own parameters at the maximum.
+    pub(crate) fn best(&self) -> &[f64] {
+        &self.values[..self.own]
+    }
+
     /// What predictions need.
     #[must_use]
     pub fn posterior(&self) -> TrainedPosterior {

@@ -2,7 +2,7 @@
 
 use super::forecasts::how_many;
 use super::responses::{ResponseResults, response_fault};
-use super::results::{kept, known_stage};
+use super::results::{kept, known_stage, said_by_rank};
 use super::study::{open_study, warn_of_study};
 use crate::response::{Ground, ResponseForecast, trained_band};
 use crate::run::{AskedPoint, beyond, with_points};
@@ -82,7 +82,7 @@ impl RankedResponses {
             tell.note(format!("warning: this model stands on a choice that is not decided. {said}"));
         }
         for said in self.ground.models.first().iter().flat_map(|best| &best.doubts) {
-            tell.note(format!("warning: `rijke rank` said of this model: {said}"));
+            said_by_rank(said, tell);
         }
         if let Some(said) = self.ground.other_maxima() {
             tell.note(format!("warning: {said}"));

@@ -2,7 +2,7 @@
 
 use super::study::{observations, open_study, warn_of_study};
 use crate::SavedModel;
-use crate::run::{Answer, Checks, Judgement, OpenModel, StageRecord};
+use crate::run::{Answer, Judgement, OpenModel, StageRecord};
 use rijke_numerics::{Classify, Failed, Tell, write_within};
 use rijke_study::plan::{Plan, Stage};
 use rijke_study::{ObservedModes, Study};
@@ -96,17 +96,19 @@ pub fn warn_of_ranking(dir: &Path, stage: &str, tell: &dyn Tell) {
     let chosen = record.models.iter().find(|m| m.id == record.chosen);
     // Of further maxima the predictions say more.
     let remarks = chosen.iter().flat_map(|m| m.remarks()).filter(|said| !said.contains("further maxim"));
-    let remarks = remarks.map(str::to_owned);
-    let checks = record.checks.iter().flat_map(Checks::doubts);
-    for said in record.missed.iter().cloned().chain(remarks).chain(checks) {
-        tell.note(format!("warning: `rijke rank` said of this model: {said}"));
-    }
+    remarks.for_each(|said| said_by_rank(said, tell));
+    record.doubts_of_data().iter().for_each(|said| said_by_rank(said, tell));
     if let Some(family) = record.missing.as_ref().and_then(|missing| missing.required().next()) {
         tell.note(format!(
             "warning: `rijke rank` found that the data require a further term in this model ({}); these predictions assume a complete model, and their standard deviations are too small",
             family.first.words()
         ));
     }
+}
+
+/// Repeats what the ranking said of a model.
+pub(super) fn said_by_rank(said: &str, tell: &dyn Tell) {
+    tell.note(format!("warning: `rijke rank` said of this model: {said}"));
 }
 
 /// Where the best model of a stage but the one that goes on is kept.

@@ -19,8 +19,7 @@ use crate::rows::Row;
 use crate::run::{EvidenceRecord, TrainedParameter};
 use crate::{Assembly, EngineError, NamedGaussian};
 use rayon::prelude::*;
-use rijke_inference::{Parameter, Parameters};
-use rijke_numerics::tails::student_of;
+use rijke_inference::{Parameter, Parameters, student};
 use rijke_numerics::{C64, InOrder, TwoPart};
 use rijke_study::plan::SdSpec;
 use rijke_study::responses::{ResponseKind, ResponseStage, Responses as Observed};
@@ -350,7 +349,7 @@ fn pairs(values: &[C64]) -> Vec<[f64; 2]> {
 fn few(numbers: usize, told: usize) -> Option<String> {
     let (n, q) = (numbers as f64, told as f64);
     let freedom = (n - q).max(1.0);
-    let times = (n / freedom).sqrt() * 0.5 * student_of(2.0, freedom);
+    let times = (n / freedom).sqrt() * student(freedom);
     (told > 0 && times > FEW).then(|| {
         format!(
             "{numbers} real numbers tell {told} parameters and the noise: standard deviations are about {times:.1} times too small; measure at more frequencies, or state \

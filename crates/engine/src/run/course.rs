@@ -65,11 +65,6 @@ pub(super) struct Elsewhere {
 }
 
 impl Chosen {
-    /// The model's own parameters at the maximum that was ranked.
-    pub(super) fn best(&self) -> &[f64] {
-        &self.trained.values[..self.trained.own]
-    }
-
     /// Its candidates by their roles, without what the rig itself says.
     pub(super) fn choice(&self) -> Choice {
         let own = self.assembly.candidates().iter().filter(|c| c.role != "rig");
@@ -86,7 +81,7 @@ impl Chosen {
     /// without the errors of base states and channels that training found beside them.
     pub(super) fn solved(&self, o: &Observed, microphones: &[usize]) -> Result<Response, EngineError> {
         let model = PointModel::new(&self.assembly, &o.conditions, microphones)?.starting_from(o.near);
-        let values = &self.trained.values[..self.trained.own];
+        let values = self.trained.best();
         model.respond(values, Order::Value, &mut Workspace::default())
     }
 }

@@ -108,7 +108,7 @@ impl<'a> Earlier<'a> {
         let points = super::inputs::selected(&self.run.study, &self.run.observed, &stage.points);
         let stands_on = self.of(stage, choice, &points)?;
         let row = Row { own: Vec::new(), choice: choice.clone() };
-        // Other maxima are looked for as in the table, unless nothing is.
+        // With one start for each row of the tables, one is enough here; else other maxima are looked for.
         let trusted = match self.run.trusted {
             Trusted::Laplace => Trusted::Laplace,
             _ => Trusted::Searched,

@@ -2,9 +2,9 @@
 //! installation: by training again with the data put right.
 
 use super::course::{Chosen, Run, microphones_of};
+use super::written::{Form, Pressures, distance};
 use crate::rows::Row;
 use crate::{EngineError, Observed};
-use rijke_numerics::words::rounded;
 use rijke_numerics::{C64, Jet, Matrix};
 use rijke_study::plan::Stage;
 use std::collections::BTreeSet;
@@ -17,8 +17,6 @@ const FAR: f64 = 0.05;
 pub(super) const LEADS: f64 = 10.0;
 /// Data that are put right lie at most this part as far from the model that was fitted to the wrong ones.
 pub(super) const NEARER: f64 = 0.5;
-/// Pressures of another scale than the model's differ at least by this factor: gains are known far better.
-const OTHER_SCALE: f64 = 3.0;
 /// A fault of some points explains more than one of all points only if it leaves less than this part.
 const SIMPLER: f64 = 0.9;
 
@@ -29,12 +27,10 @@ pub(super) enum Wiring {
     Reversed(usize),
 }
 
-/// Pressures of one mode at microphones, over that of the reference.
-pub(super) type Pressures = Vec<(usize, C64)>;
-
 impl Run {
-    /// The two microphones with which exchanged, or the one with which reversed, a model whose mode shapes do
-    /// not fit gains most, in a sentence; nothing if the gain is small.
+    /// Why the mode shapes of a model may not fit, in a sentence: pressures that were written in another
+    /// form, or the two microphones with which exchanged, or the one with which reversed, the model gains
+    /// most. Nothing if they fit, or if the gain is small.
     ///
     /// # Errors
     /// [`EngineError::Stopped`].
@@ -166,85 +162,9 @@ impl fmt::Display for Where {
     }
 }
 
-/// Pressures that were written in another form than real and imaginary part over the reference.
-#[derive(Clone, Copy)]
-enum Form {
-    /// So many times too large.
-    Scaled(f64),
-    /// Modulus, and phase in these units of rad.
-    Polar(f64, &'static str),
-}
-
-impl Form {
-    /// The form that lies nearest to the model, and how far it does.
-    fn nearest(of_model: &[Pressures], measured: &[&Pressures]) -> Option<(f64, Self)> {
-        let (mut product, mut square) = (0.0, 0.0);
-        for (model, measured) in of_model.iter().zip(measured) {
-            for (own, p) in both(model, measured) {
-                product += (own.conj() * p).re;
-                square += own.norm_sqr();
-            }
-        }
-        let scale = product / square;
-        let scaled = (scale.is_finite() && !(1.0 / OTHER_SCALE..OTHER_SCALE).contains(&scale) && scale > 0.0)
-            .then_some(Self::Scaled(scale));
-        let polar = [Self::Polar(1.0_f64.to_radians(), "degrees"), Self::Polar(1.0, "rad")];
-        let far = |form: Self| {
-            let right =
-                |_: usize, p: &Pressures| Some(p.iter().map(|(m, p)| (*m, form.put_right(*p))).collect());
-            (distance(of_model, measured, right), form)
-        };
-        scaled.into_iter().chain(polar).map(far).min_by(|a, b| a.0.total_cmp(&b.0))
-    }
-
-    fn put_right(self, p: C64) -> C64 {
-        match self {
-            Self::Scaled(scale) => p / scale,
-            Self::Polar(unit, _) => C64::from_polar(p.re, unit * p.im),
-        }
-    }
-
-    /// A sentence without its stop.
-    fn words(self) -> String {
-        match self {
-            Self::Scaled(scale) => format!(
-                "the relative pressures of all microphones are {} times those of the model: write them over the pressure of the reference, as numbers, not in per cent \
-                 or in another unit",
-                rounded(scale)
-            ),
-            Self::Polar(_, unit) => format!(
-                "the relative pressures fit if they are read as modulus and phase in {unit}: write their real and imaginary parts"
-            ),
-        }
-    }
-}
-
-/// What the model and the measurement have of the same microphones.
-fn both<'a>(model: &'a Pressures, measured: &'a Pressures) -> impl Iterator<Item = (C64, C64)> + 'a {
-    measured.iter().filter_map(|(m, p)| Some((model.iter().find(|(k, _)| k == m)?.1, *p)))
-}
-
 /// Two microphones each.
 pub(super) fn pairs(all: &[usize]) -> Vec<[usize; 2]> {
     (0..all.len()).flat_map(|j| (0..j).map(move |i| [all[i], all[j]])).collect()
-}
-
-/// Root mean square of what measured pressures, put right, differ by from those of the model, where it has
-/// them.
-fn distance(
-    of_model: &[Pressures],
-    measured: &[&Pressures],
-    put_right: impl Fn(usize, &Pressures) -> Option<Pressures>,
-) -> f64 {
-    let (mut sum, mut count) = (0.0, 0.0);
-    for (k, (model, measured)) in of_model.iter().zip(measured).enumerate() {
-        let right = put_right(k, measured).unwrap_or_else(|| (*measured).clone());
-        for (own, p) in both(model, &right) {
-            sum += (own - p).norm_sqr();
-            count += 1.0;
-        }
-    }
-    (sum / f64::max(count, 1.0)).sqrt()
 }
 
 impl Wiring {
@@ -293,29 +213,9 @@ impl Wiring {
 
 #[cfg(test)]
 mod tests {
-    use super::{Form, Pressures, Wiring};
+    use super::Wiring;
     use crate::run::doubts::tests::points;
     use rijke_numerics::{C64, Matrix};
-
-    #[test]
-    fn message_pressures_of_another_form_are_told_as_that() {
-        let shape = |k: usize| C64::from_polar(1.0 + 0.2 * k as f64, 0.3 * k as f64 - 0.8);
-        let model: Vec<Pressures> = (0..3).map(|n| (1..4).map(|m| (m, shape(n + m))).collect()).collect();
-        let said = |form: fn(C64) -> C64| {
-            let all: Vec<Pressures> =
-                model.iter().map(|one| one.iter().map(|(m, p)| (*m, form(*p))).collect()).collect();
-            let (far, form) = Form::nearest(&model, &all.iter().collect::<Vec<_>>()).unwrap();
-            (far, form.words())
-        };
-        let (far, words) = said(|p| 100.0 * p);
-        assert!(far < 1e-12 && words.contains("are 100 times those of the model"), "{far} {words}");
-        let (far, words) = said(|p| C64::new(p.norm(), p.arg().to_degrees()));
-        assert!(far < 1e-12 && words.contains("modulus and phase in degrees"), "{far} {words}");
-        let (far, words) = said(|p| C64::new(p.norm(), p.arg()));
-        assert!(far < 1e-12 && words.contains("modulus and phase in rad"), "{far} {words}");
-        // What is right is in none of these forms.
-        assert!(said(|p| 1.1 * p).0 > 0.3);
-    }
 
     /// Against the same covariance under the names that are right, or, if the reference was one of the two,
     /// with standard deviations over the pressure of what takes its place.

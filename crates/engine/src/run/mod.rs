@@ -51,6 +51,7 @@ mod signs;
 mod sliders;
 mod so_far;
 mod stages;
+mod written;
 
 pub use answerable::answerable;
 pub use answers::{

@@ -192,6 +192,13 @@ impl StageRecord {
         self.carried.iter().map(|c| (c, c.ln_evidence.map(|ln| ln - best))).collect()
     }
 
+    /// What the data say against the model that goes on: by how much it misses them, and which of their
+    /// deviations are too large or too small, a sentence each without its stop.
+    #[must_use]
+    pub fn doubts_of_data(&self) -> Vec<String> {
+        self.missed.iter().cloned().chain(self.checks.iter().flat_map(Checks::doubts)).collect()
+    }
+
     /// How little of what residuals have beyond their noise the missing terms explain, in a sentence without
     /// its stop; none where they explain half or more.
     #[must_use]

@@ -21,7 +21,7 @@ impl Run {
         }
         let points: Vec<String> = observed.iter().map(|o| o.conditions.id.clone()).collect();
         let followed = Followed::of(&self.study, observed, &points);
-        let values = &found.trained.values[..found.trained.own];
+        let values = found.trained.best();
         let s = |k: usize| C64::new(predicted[k][0], predicted[k][1]);
         let jump = |k: usize| {
             let o = &observed[k];

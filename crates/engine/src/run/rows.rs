@@ -97,7 +97,7 @@ impl Run {
         });
         record.parameters = parameters(trained, assembly.parameters());
         record.misfit = misfit(trained);
-        let values = &trained.values[..trained.own];
+        let values = trained.best();
         // Hot gas is cut at microphones: with the reference alone the mode is that which `predict` solves.
         let predicted = |o: &Observed| {
             let s = found.solved(o, self.reference().as_slice())?.s.value();

@@ -1,7 +1,7 @@
 //! What is said of a stage that trained on modes, and of its gas.
 
 use super::doubts::{far_from_prior, not_identified};
-use crate::run::{Asked, Checks, Missing, ModelRecord, StageRecord};
+use crate::run::{Asked, Missing, ModelRecord, StageRecord};
 use rijke_numerics::Tell;
 use rijke_numerics::words::{counted, fixed, quantity, rounded, with_sd};
 use rijke_study::HeatedFit;
@@ -12,6 +12,7 @@ const NO_MISFIT: [f64; 3] = [1e-7, 1e-6, 1e-9];
 /// The models of a stage, best first.
 pub fn tell_stage(stage: &StageRecord, tell: &dyn Tell) {
     tell.say(format!("{} ({})", stage.title, counted(stage.measured.len(), "mode")));
+    let say = |all: Vec<String>| all.iter().for_each(|said| tell.say(format!("      {said}")));
     let models = stage.by_evidence();
     let best = models.first().map_or(0.0, |m| m.ln_evidence());
     let of_all = stage.remarks_of_all();
@@ -40,10 +41,8 @@ pub fn tell_stage(stage: &StageRecord, tell: &dyn Tell) {
     stage.behind_by_a_prior().iter().for_each(|said| tell.note(format!("warning: {said}")));
     if let Some(model) = stage.models.iter().find(|m| m.id == stage.chosen) {
         carried_on(stage, tell);
-        undecided(stage, model).iter().for_each(|said| tell.say(format!("      {said}")));
-        for assumed in &stage.assumes {
-            tell.say(format!("      these numbers depend on an undecided choice. {assumed}."));
-        }
+        say(undecided(stage, model).into_iter().collect());
+        say(assumed(stage).into_iter().map(|said| said + ".").collect());
         // What a search leaves of a noise that the data choose to be none.
         let size = |k: usize| Some(model.misfit[k].abs()).filter(|v| *v >= NO_MISFIT[k]).unwrap_or(0.0);
         let [growth, frequency, pressure] = [0, 1, 2].map(size);
@@ -59,12 +58,7 @@ pub fn tell_stage(stage: &StageRecord, tell: &dyn Tell) {
             rounded(frequency / std::f64::consts::TAU)
         );
         tell.say(if trained { misfit } else { "      no mode was measured: nothing was trained".to_owned() });
-        if let Some(missed) = &stage.missed {
-            tell.say(format!("      {missed}"));
-        }
-        for said in stage.checks.iter().flat_map(Checks::doubts) {
-            tell.say(format!("      {said}"));
-        }
+        say(stage.doubts_of_data());
         for p in &model.parameters {
             tell.say(format!("      {}", p.words()));
             if trained {
@@ -79,9 +73,8 @@ pub fn tell_stage(stage: &StageRecord, tell: &dyn Tell) {
         tell.say(format!("      {}", lengths.words()));
     }
     if let Some(missing) = &stage.missing {
-        still_asked(missing).iter().for_each(|said| tell.say(format!("      {said}")));
-        stage.moved_since.iter().for_each(|said| tell.say(format!("      {said}")));
-        stage.unexplained().iter().for_each(|said| tell.say(format!("      {said}")));
+        say(still_asked(missing));
+        say(moved_or_unexplained(stage));
     }
 }
 
@@ -93,14 +86,8 @@ pub fn doubts_of_stage(stage: &StageRecord) -> Vec<String> {
     all.extend(stage.not_carried());
     if let Some(model) = stage.models.iter().find(|m| m.id == stage.chosen) {
         all.extend(undecided(stage, model));
-        all.extend(
-            stage
-                .assumes
-                .iter()
-                .map(|assumed| format!("these numbers depend on an undecided choice. {assumed}")),
-        );
-        all.extend(stage.missed.clone());
-        all.extend(stage.checks.iter().flat_map(Checks::doubts));
+        all.extend(assumed(stage));
+        all.extend(stage.doubts_of_data());
         let trained = model.parameters.iter().filter(|_| !stage.measured.is_empty());
         all.extend(trained.filter_map(|p| not_identified(p, stage.missed.is_some())));
         all.extend(model.parameters.iter().filter_map(far_from_prior));
@@ -108,9 +95,19 @@ pub fn doubts_of_stage(stage: &StageRecord) -> Vec<String> {
     if let Some(missing) = stage.missing.as_ref().filter(|m| m.required().next().is_some()) {
         all.extend(still_asked(missing));
     }
-    all.extend(stage.moved_since.clone());
-    all.extend(stage.unexplained());
+    all.extend(moved_or_unexplained(stage));
     all
+}
+
+/// What earlier stages took for certain though it is not decided.
+fn assumed(stage: &StageRecord) -> Vec<String> {
+    let one = |assumed: &String| format!("these numbers depend on an undecided choice. {assumed}");
+    stage.assumes.iter().map(one).collect()
+}
+
+/// What a missing term may have moved, and how little such terms explain.
+fn moved_or_unexplained(stage: &StageRecord) -> Vec<String> {
+    stage.moved_since.iter().cloned().chain(stage.unexplained()).collect()
 }
 
 /// That the lead of a stage does not decide, where `model` goes on.

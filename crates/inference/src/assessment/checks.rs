@@ -90,7 +90,7 @@ impl Posterior<'_> {
         let mut loud = fit.working.clone();
         loud[p + place] = LOUD[0].max(loud[p + place] + LOUD[1]);
         let hessian = |z: &[f64]| {
-            // With a floating noise, Gauss and Newton's matrix belongs to the second order.
+            // Where a noise floats, only the second order has the matrix of Gauss and Newton.
             let parts = self.parts(z, Order::Second).ok()?;
             Some(Matrix::from_fn(p, p, |i, j| parts.gauss_newton[(i, j)] + parts.prior[(i, j)]))
         };

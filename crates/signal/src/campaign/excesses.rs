@@ -62,14 +62,11 @@ const SURE: f64 = 0.99;
 
 pub(super) fn excess_in_words(point: &str, excess: &Excesses) -> String {
     let Excess { share, sd, .. } = *excess.likelier();
-    let (change, side, or) = if share > 0.0 {
-        ("grows", "above", "")
+    let (change, side) = if share > 0.0 { ("grows", "above") } else { ("falls", "below") };
+    let other = if share > 0.0 {
+        ""
     } else {
-        (
-            "falls",
-            "below",
-            ", or the loudspeaker dies away slowly, which looks like that: switch it off by a relay",
-        )
+        ". A loudspeaker that dies away slowly looks like this, too: switch it off by a relay"
     };
     let square = excess.probability_of_square();
     let laws = if square > 0.5 { ["its square", "the amplitude"] } else { ["the amplitude", "its square"] };
@@ -85,8 +82,8 @@ pub(super) fn excess_in_words(point: &str, excess: &Excesses) -> String {
         format!(", and changes as {}", laws[0])
     };
     format!(
-        "{point}: the damping {change} with the amplitude{or}: at the end of the forcing it is {:.2} +- {:.2} % {side} that at small amplitude{law}; growth rates are those \
-         at small amplitude, with the error that this leaves. Excite more weakly to see them directly",
+        "{point}: the damping {change} with the amplitude: at the end of the forcing it is {:.2} +- {:.2} % {side} that at small amplitude{law}; growth rates are those \
+         at small amplitude, with the error that this leaves. Excite more weakly to see them directly{other}",
         100.0 * share.abs(),
         100.0 * sd,
     )

@@ -18,16 +18,18 @@ use rijke_numerics::C64;
 
 /// A second mode nearer than this, with a drift beside it, is no mode of a rig, Hz.
 const TOUCHING_HZ: f64 = 2.0;
-/// Two parts of a decay have one shape if their product is this part of what it could be, and one frequency
-/// if they differ in it by this part of their growth rates.
+/// Two parts of a decay have one shape if the square of their normalised product exceeds this.
 const ONE_SHAPE: f64 = 0.98;
+/// They have one frequency if their angular frequencies differ by less than this part of what their growth
+/// rates do.
 const ONE_FREQUENCY: f64 = 0.5;
-/// A loudspeaker that decays so many times faster or slower than the mode is told from it.
+/// A second part that decays so many times faster or slower than the first is no rival: the fit separates
+/// them.
 const LIKE: f64 = 5.0;
 /// A second part of less than this share of the amplitude is no loudspeaker.
 const FAINT: f64 = 0.1;
-/// A share by which the damping at the end of the forcing lies below that at small amplitude, from which it
-/// is no property of the rig alone.
+/// Damping that is lower by this share at first than at small amplitude is not ascribed to the rig: a
+/// loudspeaker that fades, or a microphone that saturates, does the same.
 const SLOW_AT_FIRST: f64 = 0.1;
 /// Two readings of a decay differ if they are so many stated standard deviations apart.
 const READINGS: f64 = 2.0;

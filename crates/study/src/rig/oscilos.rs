@@ -34,17 +34,19 @@ impl Numbers {
     fn read(folder: &Path, name: &str, columns: usize) -> Result<Self, StudyError> {
         let source = Source::read(&folder.join(name))?;
         let number = |word: &str| if word == "-" { Some(0.0) } else { word.parse::<f64>().ok() };
+        let numbers = |line: &str| {
+            let all: Option<Vec<f64>> = line.split_whitespace().map(number).collect();
+            all.filter(|n| n.len() >= columns)
+        };
         let title = source.text.lines().next().unwrap_or_default().trim();
-        let words = title.split_whitespace();
-        if words.clone().count() >= columns && words.clone().all(|word| number(word).is_some()) {
+        if numbers(title).is_some() {
             let (key, value) = ("the first line".to_owned(), title.to_owned());
             let need = "a title, which OSCILOS_lite passes over: put one above the numbers";
             return Err(source.at_line(1, StudyProblem::Value { key, value, need }));
         }
         let mut rows = Vec::new();
         for (k, line) in source.text.lines().enumerate().skip(1).filter(|(_, l)| !l.trim().is_empty()) {
-            let numbers: Option<Vec<f64>> = line.split_whitespace().map(number).collect();
-            let Some(numbers) = numbers.filter(|n| n.len() >= columns) else {
+            let Some(numbers) = numbers(line) else {
                 let (key, value) = ("the line".to_owned(), line.trim().to_owned());
                 let need = "the numbers of OSCILOS_lite, as its manual lists them";
                 return Err(source.at_line(k + 1, StudyProblem::Value { key, value, need }));

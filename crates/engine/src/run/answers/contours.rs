@@ -57,7 +57,7 @@ impl Run {
         };
         let known = chosen.known.to_vec();
         let mut training = self.training(stage, noise, known, super::super::Trusted::Laplace);
-        training.search.start = Some(chosen.best().to_vec());
+        training.search.start = Some(chosen.trained.best().to_vec());
         let names = &self.rig.microphones.names;
         let all: Vec<usize> = (0..names.len()).collect();
         let every =

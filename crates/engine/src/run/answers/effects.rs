@@ -115,7 +115,7 @@ fn effect(with: &Assembly, without: &Assembly, trained: &crate::Trained, o: &Obs
         let s = model.respond(values, Order::First, &mut Workspace::default()).ok()?.s;
         Some((s.value(), s.gradient().to_vec(), model.spacing()))
     };
-    let (s, mut gradient, spacing) = at(with, &trained.values[..trained.own], o.near)?;
+    let (s, mut gradient, spacing) = at(with, trained.best(), o.near)?;
     let (other, less, _) = at(without, &values, s)?;
     let moved = s - other;
     if moved.norm() > FAR * spacing {

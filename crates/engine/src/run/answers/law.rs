@@ -230,7 +230,7 @@ pub(super) struct LawValue {
 impl LawValue {
     /// Of an effect of a candidate at s, both by their numbers; none if nothing follows that law there.
     pub(super) fn of(model: &PointModel<'_>, effect: [usize; 2], s: C64, trained: &Trained) -> Option<Self> {
-        let (value, gradient) = model.law_at(&trained.values[..trained.own], s, effect)?;
+        let (value, gradient) = model.law_at(trained.best(), s, effect)?;
         let modulus = value.norm();
         // d|k| = Re(conj(k) dk)/|k|; d arg k = Im(conj(k) dk)/|k|^2.
         let sd = |part: fn(C64) -> f64, over: f64| {

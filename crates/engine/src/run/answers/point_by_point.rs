@@ -91,7 +91,7 @@ impl Run {
         let at = |o: &Observed| {
             let trained = train(&assembly, std::slice::from_ref(o), &training)?;
             let model = PointModel::new(&assembly, &o.conditions, &[])?.starting_from(o.near);
-            let values = &trained.values[..trained.own];
+            let values = trained.best();
             let s = model.respond(values, Order::Value, &mut Workspace::default())?.s.value();
             let per = per.map_or(1.0, |k| o.conditions.point.factors[k]);
             let law = LawValue::of(&model, [place.unwrap_or(0), 0], s, &trained);

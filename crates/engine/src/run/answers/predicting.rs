@@ -68,7 +68,7 @@ impl Run {
                 stage,
                 chosen,
                 &chosen.observed,
-                chosen.best(),
+                chosen.trained.best(),
             )?),
             None => chosen.trained.clone(),
         };
@@ -134,7 +134,7 @@ impl Run {
             return Ok(trained);
         }
         let trained =
-            Arc::new(self.trained_with_noise_of_predictions(stage, chosen, points, chosen.best())?);
+            Arc::new(self.trained_with_noise_of_predictions(stage, chosen, points, chosen.trained.best())?);
         if let (Ok(mut kept), true) = (self.predicting.lock(), all) {
             kept.insert(id.to_owned(), trained.clone());
         }

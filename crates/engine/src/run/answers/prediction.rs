@@ -93,7 +93,7 @@ impl Run {
             .iter()
             .map(|o| (o.conditions.clone(), o.mode.label.clone(), Some(o.near), Some(o)))
             .collect();
-        let values = &trained.values[..trained.own];
+        let values = trained.best();
         for c in unseen {
             let sought = followed.sought(&chosen.assembly, values, &c)?;
             all.extend(sought.into_iter().map(|mode| (c.clone(), mode.label, mode.near, None)));

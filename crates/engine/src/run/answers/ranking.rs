@@ -60,7 +60,7 @@ impl Run {
         models.truncate(if line.is_empty() { MOST_DASHES } else { MOST_LINES });
         let mut rows = Vec::new();
         for (record, chosen) in &models {
-            let values = &chosen.trained.values[..chosen.trained.own];
+            let values = chosen.trained.best();
             let mut work = Workspace::default();
             let mut at = |conditions: &Conditions, near: C64| {
                 let heard = self.reference();

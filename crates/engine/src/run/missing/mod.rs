@@ -33,7 +33,7 @@ impl Run {
         // error of its own: a term that does the same at all points would seem certain.
         let linear = chosen.trained.linear.0.with_shared(&chosen.trained.told.apart)?;
         let rows = chosen.rows(&used);
-        let values = &chosen.trained.values[..chosen.trained.own];
+        let values = chosen.trained.best();
         let library =
             Library::of(&chosen.assembly, &self.study.campaign, &chosen.observed, &used, values, &rows)?;
         Ok(judged(&linear, library, &rows, chosen.observed.len()))
