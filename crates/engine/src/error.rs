@@ -24,7 +24,7 @@ pub enum EngineError {
     },
     /// The gas at a point is not known.
     #[error(
-        "nothing is known of the gas at operating point {point}: base/states.json has no state of it. `rijke flow DIR --out DIR/base` makes it of \
+        "the gas at operating point {point} is not known: base/states.json has no state of it. `rijke flow DIR --out DIR/base` infers it from \
          the clicks at this point; or leave the point out of [base.states] in study.toml if its gas is ambient and at rest"
     )]
     NoState {
@@ -33,8 +33,8 @@ pub enum EngineError {
     },
     /// The gas of a point is heated, and was not read there.
     #[error(
-        "nothing is known of the gas at operating point {point}: [base.measured] has it by readings, the campaign reads heated gas where the same \
-         factors are above zero, and readings.csv has none of this point; add its readings, or let [base.heated-flow] foresee the gas"
+        "the gas at operating point {point} is not known: [base.measured] takes it from readings.csv, which has no row of this point, although gas \
+         is heated where the same factors are above zero; add its readings, or let [base.heated-flow] predict the gas"
     )]
     NoReadings {
         /// The operating point.
@@ -122,7 +122,7 @@ pub enum EngineError {
     /// A choked end in a mean flow, where it turns entropy waves into sound, which no reflection coefficient
     /// says.
     #[error(
-        "at operating point {point}: the rig has a choked end, and a candidate asks for waves in the mean flow: write that end as \
+        "at operating point {point}: the rig has a choked end, and a candidate requires waves in the mean flow: write that end as \
          `constant`, with the reflection that you know, or take `mean_flow` out of the candidate"
     )]
     Choked {
@@ -154,8 +154,8 @@ pub enum EngineError {
     },
     /// A law that has no value.
     #[error(
-        "at operating point {point}: {law} has no finite value at s = {s:.1}: the law divides by what is 0 there, such as a flow or a power, or leaves the \
-         range of what it names; `--stage` takes the model of an earlier stage, which may lack this law"
+        "at operating point {point}: {law} has no finite value at s = {s:.1}: the law divides by a number that is 0 there, such as a flow or a power, or a \
+         function is outside its range; `--stage` takes the model of an earlier stage, which may lack this law"
     )]
     Undefined {
         /// The operating point.

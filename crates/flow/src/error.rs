@@ -205,7 +205,7 @@ pub enum FlowError {
     },
     /// A sensor outside the tube, or with noise that no sensor has.
     #[error(
-        "the {sensor} lies outside the tube, or its standard deviations cannot be: `sd` from 1e-8 to 1 s, or from 0.001 to 1000 K or m/s, and `bias_sd` from zero on"
+        "the {sensor} lies outside the tube, or its standard deviations are impossible: `sd` must be from 1e-8 to 1 s, or from 0.001 to 1000 K or m/s, and `bias_sd` from zero on"
     )]
     Sensor {
         /// The sensor.

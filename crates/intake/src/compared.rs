@@ -49,7 +49,7 @@ pub(crate) fn run(
         ));
         if gain[0] < 0.0 {
             tell.note(format!(
-                "{name} has the opposite polarity of the reference, and a negative gain says so"
+                "{name} has the opposite polarity of the reference: its gain is written as negative"
             ));
         }
         if found.bend[m] > BENT {
@@ -96,7 +96,7 @@ pub(crate) fn compared(
             ),
             ComparisonFault::Incoherent { channel, coherence } => (
                 format!(
-                    "{} does not hear what the reference hears: their coherence is {coherence:.2} on the average, and 0.5 is needed",
+                    "{} does not measure the same sound as the reference: their coherence is {coherence:.2} on average, and 0.5 is needed",
                     study.rig.microphones.names[*channel]
                 ),
                 "Drive louder, narrow `band_hz` to what the loudspeaker gives, or correct `channels`.".to_owned(),

@@ -140,7 +140,7 @@ fn tell_heard(
     tell.say(format!("{point}: {used}{of} frequencies, relative standard deviation {middle:.1e} (median)"));
     for (name, share) in names.iter().zip(&heard.of_the_source).filter(|(_, share)| **share < HEARS_LITTLE) {
         tell.note(format!(
-            "warning: {point}: {:.0} % of what {name} hears is the sound that the microphones have in common (median over the frequencies): if it is dead, \
+            "warning: {point}: {:.0} % of what {name} measures is the sound that the microphones have in common (median over the frequencies): if it is dead, \
              leave it out of rig.toml and `channels`",
             100.0 * share
         ));
@@ -330,7 +330,7 @@ fn transmission(
     })?;
     if let Some(part) = study.rig.parts.iter().find(|part| part.is_of_other_gas()) {
         return Err(Failed::bad_input(format!(
-            "`{}` has a gas of its own, and transmission is told in one gas",
+            "`{}` has a gas of its own, and transmission is computed for one gas",
             part.name
         ))
         .at(&study.folder.join("rig.toml"))
@@ -344,7 +344,7 @@ fn transmission(
     let [before, behind] = tube.sides();
     if before < 2 || behind < 2 {
         return Err(Failed::bad_input(format!(
-            "`between` of [{table}.transmission] has {before} microphones upstream of the specimen and {behind} downstream of it; waves are told apart by two or more"
+            "`between` of [{table}.transmission] has {before} microphones upstream of the specimen and {behind} downstream of it; two or more on each side are needed to separate the waves"
         ))
         .at(&records.path)
         .remedy("Correct `between`, or the places of the microphones in rig.toml."));

@@ -108,7 +108,7 @@ impl InferredFlow {
     /// From the mean clicks of settled operating points.
     fn of_observations(folder: &Path, options: &FlowOptions, tell: &dyn Tell) -> Result<Self, Failed> {
         if !folder.join("rig.toml").is_file() {
-            let remedy = "`rijke flow` is for clicks of a heated tube, of which `rijke process` writes rig.toml beside the observations. A study with \
+            let remedy = "`rijke flow` needs the rig.toml that `rijke process` writes beside the observations of a heated tube. A study with \
                 [base.heated-flow] or [base.measured] needs none: `rijke rank` infers its gas from the readings.";
             return Err(Failed::bad_input("there is no rig.toml beside these observations")
                 .at(folder)

@@ -48,7 +48,7 @@ pub fn foresee(study: &mut Study, places: &[usize], tell: &dyn Tell) -> Result<(
     if study.foresee(&lacking, &known, all) {
         return Ok(());
     }
-    Err(Failed::bad_input("base/states.json is not what the observations say of the flow today, so that nothing can be foreseen by them")
+    Err(Failed::bad_input("base/states.json was not made from the present observations, so the flow at other points cannot be predicted")
         .at(&path)
         .remedy("Run `rijke flow` without --closures and --separate, or `rijke run`, then `rijke rank`; or predict measured points."))
 }

@@ -71,11 +71,8 @@ fn answer(stage: &ResponseStageRecord) -> Option<String> {
     let lead = first.ln_evidence() - second.ln_evidence();
     let (title, a, b) = (html(&stage.title), html(&first.label), html(&second.label));
     Some(if lead >= stage.decides {
-        let doubt = if first.too_sure {
-            " What it leaves is not noise, and every frequency counts that once more: the lead is too sure."
-        } else {
-            ""
-        };
+        let doubt =
+            if first.too_sure { " Its residuals are not noise, so its lead is overstated." } else { "" };
         format!("{title}: <b>{a}</b>, {lead:.1} nats ahead of {b}.{doubt}")
     } else {
         format!(

@@ -199,7 +199,10 @@ pub(crate) fn driven(
         );
     }
     if microphones.is_some() && !straight.is_empty() {
-        return wrong("[microphones]", "states what the `switched` records tell; keep one of the two");
+        return wrong(
+            "[microphones]",
+            "states gains that also follow from the `switched` records; keep one of the two",
+        );
     }
     let ends = ["upstream", "downstream"];
     if keys.sources.iter().flatten().any(|end| !ends.contains(&end.as_str())) {

@@ -171,7 +171,7 @@ impl Comparison {
         let Some(keys) = &self.microphones else { return Ok(Vec::new()) };
         let Channels { sensitivities, stated } = Channels::read(keys, count, &self.dead, path)?;
         if stated.is_some() {
-            let what = "states what the comparison tells; leave all but `sensitivity` out";
+            let what = "states gains or delays that the comparison measures; leave all but `sensitivity` out";
             return Err(RigError::invalid(path, "[microphones]", Problem::Keys { what }));
         }
         Ok(sensitivities)
@@ -186,7 +186,7 @@ fn comparison(
     path: &Path,
 ) -> Result<Comparison, RigError> {
     if keys.files.is_empty() {
-        let what = "must list files: records in which all microphones hear the same pressure";
+        let what = "must list files: records in which all microphones measure the same pressure";
         return Err(RigError::invalid(path, "[comparison]", Problem::Keys { what }));
     }
     let sd = |key: &str, given: &Option<Given>, unit: &'static str| {

@@ -86,8 +86,8 @@ pub enum Fault {
     },
     /// Samples sit at full scale, or the waveform has a flat top.
     #[error(
-        "{channel} is clipped: {samples} samples sit at its extreme value {level:.4e}. Lower the gain; where it is this channel alone, \
-         `dead = [{dead}]` in the manifest keeps the others", dead = channel.number()
+        "{channel} is clipped: {samples} samples sit at its extreme value {level:.4e}. Lower the gain. If only this channel is \
+         clipped, write `dead = [{dead}]` in the manifest", dead = channel.number()
     )]
     Clipped {
         /// The channel with most clipped samples.
@@ -211,7 +211,9 @@ pub enum Fault {
     #[error("no signal: the strongest component is {0:.2} times the noise")]
     Weak(f64),
     /// The strongest tone, Hz, lies beside a multiple of the mains, Hz.
-    #[error("the tone at {0:.1} Hz is not told from hum at {1:.0} Hz: drive the mode, or state `mains_hz`")]
+    #[error(
+        "the tone at {0:.1} Hz cannot be distinguished from hum at {1:.0} Hz: drive the mode, or state `mains_hz`"
+    )]
     BesideMains(f64, f64),
     /// The loudspeaker acted a second time.
     #[error("{}", second_excitation(*at, *factor))]
@@ -299,8 +301,8 @@ pub enum Fault {
     },
     /// A channel is loud and bent.
     #[error(
-        "{channel} saturates: where it is loudest its third harmonic has {:.1} % of its amplitude, and the decay loses it with the \
-         amplitude. Lower the gain, or drive the loudspeaker less; where it is this channel alone, `dead = [{dead}]` in the manifest keeps the others",
+        "{channel} saturates: at the loudest part its third harmonic has {:.1} % of its amplitude, and falls faster than the tone. Lower the \
+         gain, or drive the loudspeaker less. If only this channel saturates, write `dead = [{dead}]` in the manifest",
         100.0 * share, dead = channel.number()
     )]
     Saturated {
@@ -347,8 +349,8 @@ pub enum Fault {
     TwoReadings(#[from] TwoReadings),
     /// The gain of a channel drifts during the decay.
     #[error(
-        "{channel} decays otherwise than the others: its growth rate is {:.3} 1/s and theirs {:.3} 1/s, {distance:.1} standard deviations \
-         apart. Its gain drifts by {:+.2} % per second: let its microphone and amplifier warm up",
+        "the growth rate of {channel} differs from that of the others: {:.3} and {:.3} 1/s, {distance:.1} standard deviations apart. Its gain \
+         drifts by {:+.2} % per second: let its microphone and amplifier warm up",
         growth_rates[0], growth_rates[1], 100.0 * (growth_rates[0] - growth_rates[1])
     )]
     GainDrifts {
@@ -363,8 +365,8 @@ pub enum Fault {
     },
     /// Channels decay otherwise than each other, and it is not known which of them is right.
     #[error(
-        "{} and {} do not decay alike: their growth rates differ by {rate:.3} 1/s, {distance:.1} standard deviations, and no other channels \
-         tell which of the two has a gain that drifts. Let microphones and amplifiers warm up, or declare the one that drifts, `dead = [..]` in the manifest",
+        "the growth rates of {} and {} differ by {rate:.3} 1/s, {distance:.1} standard deviations, and no other channels show which of the two \
+         has a gain that drifts. Let microphones and amplifiers warm up, or declare the one that drifts, `dead = [..]` in the manifest",
         channels[0], channels[1]
     )]
     GainsApart {

@@ -77,7 +77,7 @@ pub enum OutOfOrder {
     /// Some channels hold the records of others.
     #[error(
         "{exchange}: sound comes to {} {:.0} us before {}, which it passes first; exchanged back, all arrival times are those of a sound that \
-         travels along the tube. Look how they were wired, and give the right `channels` of these files in an [[exception]] of the manifest",
+         travels along the tube. Check the wiring, and give the right `channels` of these files in an [[exception]] of the manifest",
         pair[1], 1e6 * early, pair[0]
     )]
     Exchanged {

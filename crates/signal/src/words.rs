@@ -9,13 +9,12 @@ const ANEW: f64 = 30.0;
 pub(crate) fn not_quiet(stated: usize, found: usize, at: f64, ratio: f64) -> String {
     if found == 0 {
         return format!(
-            "the first {stated} samples are said to be silent, and they are {ratio:.0} times as loud as silence, from the first sample on. \
-             Set quiet_samples to 0"
+            "quiet_samples = {stated}, but these samples are {ratio:.0} times as loud as silence, from the first one on. Set quiet_samples to 0"
         );
     }
     format!(
-        "the first {stated} samples are said to be silent, and from sample {found} ({at:.4} s) on they are up to {ratio:.0} times as loud as \
-         before. Set quiet_samples to {found} or less"
+        "quiet_samples = {stated}, but from sample {found} ({at:.4} s) on these samples are up to {ratio:.0} times as loud as before. \
+         Set quiet_samples to {found} or less"
     )
 }
 

@@ -155,8 +155,8 @@ impl Study {
                         *most = Some((
                             share,
                             format!(
-                                "at {} the gas has {:.0} K at {:.3} m and {:.0} K at {:.3} m, and {} stands between, where a straight line has \
-                             neither: laws there see the wrong velocity. Read the gas close to both faces, or let [base.heated-flow] tell it",
+                                "at {} the gas has {:.0} K at {:.3} m and {:.0} K at {:.3} m, and the temperature at {} is interpolated \
+                             between the two, so laws there have the wrong velocity: measure close to both faces, or use [base.heated-flow]",
                                 point.id, a.temperature, a.at, b.temperature, b.at, part.name
                             ),
                         ));

@@ -149,7 +149,7 @@ impl PointState {
         if let Some(t) = self.temperature.iter().find(|t| !(**t > 0.0 && **t < HOTTEST)) {
             return wrong(
                 format!("{} K", precise(*t)),
-                "a temperature above 0 K and below 10 000 K everywhere; where thermometers tell it, look at the power and \
+                "a temperature above 0 K and below 10 000 K everywhere; where thermometers determine it, look at the power and \
                  the flow of this point, and at the readings of all points, of which heat and cooling are found together",
             );
         }

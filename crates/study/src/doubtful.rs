@@ -211,7 +211,7 @@ impl Study {
         for (a, b) in near.into_iter().filter(|_| !around) {
             let (x, y) = (at[a], at[b]);
             all.push(format!(
-                "rig.toml: microphones `{}` and `{}` are {:.1} mm apart along the rig, at {x} m and {y} m, so that they hear the same: correct `at` \
+                "rig.toml: microphones `{}` and `{}` are {:.1} mm apart along the rig, at {x} m and {y} m, so they measure the same pressure: correct `at` \
                  if one of the places is a slip",
                 names[a],
                 names[b],

@@ -142,8 +142,8 @@ pub enum StudyProblem {
     },
     /// An unknown that has the name of another number of the same element.
     #[error(
-        "the unknown `${name}` is called as the key `{name}` of this element, which is another number: formulas here would take one for the \
-         other; call the unknown {name}_1, say, there and in [unknown.{name}]"
+        "the unknown `${name}` has the name of the key `{name}` of this element, so formulas could not distinguish the two: call the unknown \
+         {name}_1, for example, here and in [unknown.{name}]"
     )]
     Clash {
         /// The name.
@@ -294,9 +294,9 @@ pub enum StudyProblem {
     },
     /// Errors of pressures that are smaller than those of the channels alone.
     #[error(
-        "the stated errors of the pressures of {of} are smaller than what channels.toml alone leaves ({what}): they must contain it, at the pressures that \
-         were measured, as those that `rijke process` writes do. If they hold only how measurements repeat, write `contained = false` in channels.toml, which \
-         adds it"
+        "the stated errors of the pressures of {of} are smaller than those of the channels alone in channels.toml ({what}), which they must contain at \
+         the measured pressures, as those that `rijke process` writes do. If X_sd only states how measurements repeat, write `contained = false` in \
+         channels.toml, which adds the errors of the channels"
     )]
     ChannelsAlone {
         /// The operating point.

@@ -24,7 +24,7 @@ pub type States = BTreeMap<String, PointState>;
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Unforeseen {
     /// A factor that the flow knows, and the campaign does not.
-    #[error("{file} has no factor `{name}`; to foresee the flow elsewhere, call it so")]
+    #[error("{file} has no factor `{name}`; to predict the flow elsewhere, give the factor this name")]
     Factor {
         /// The file of the campaign.
         file: String,
@@ -33,7 +33,7 @@ pub enum Unforeseen {
     },
     /// No point with power was measured, or the campaign and the observations have other values of a factor.
     #[error(
-        "no measured point has `{place}` and `{power}` as {file} says; to foresee the flow elsewhere, correct one of the two"
+        "no measured point has `{place}` and `{power}` as {file} says; to predict the flow elsewhere, correct one of the two"
     )]
     Unlike {
         /// The file of the campaign.
@@ -45,7 +45,7 @@ pub enum Unforeseen {
     },
     /// No measured point differs in place and power alone.
     #[error(
-        "{point}: the flow is foreseen at other {place} and {power}, but no measured point has this `{other}`"
+        "{point}: the flow is predicted at other {place} and {power}, but no measured point has this `{other}`"
     )]
     Like {
         /// The point.
@@ -275,13 +275,13 @@ mod tests {
         };
         let like = said(&[d], &observations, "Q");
         assert!(
-            like.starts_with("d: the flow is foreseen at other x and Q") && like.contains("`load`"),
+            like.starts_with("d: the flow is predicted at other x and Q") && like.contains("`load`"),
             "{like}"
         );
         let name = said(&[c], &observations, "Q_h");
         assert!(name.starts_with("campaign.csv has no factor `Q_h`"), "{name}");
         observations.points[0].point.factors.get_mut("Q").unwrap().value = 61.0;
         let other = said(&[c], &observations, "Q");
-        assert!(other.contains("as campaign.csv says; to foresee the flow elsewhere"), "{other}");
+        assert!(other.contains("as campaign.csv says; to predict the flow elsewhere"), "{other}");
     }
 }

@@ -98,12 +98,19 @@ impl<'a> Bends<'a> {
     /// What is to be said of errors that are not followed, in a sentence without its stop.
     pub(crate) fn warning(&self) -> Option<String> {
         let names = self.unfollowed.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
-        (!names.is_empty()).then(|| {
-            format!(
-                "over its standard deviation an error of {names} does more than can be followed here, and counts to first order or nearly so: standard \
-                 deviations of parameters that make up for it may be too small; let a candidate have that error as a parameter, with its prior"
-            )
-        })
+        match self.unfollowed.len() {
+            0 => None,
+            1 => Some(format!(
+                "the effect of the error of {names} is too far from linear over its standard deviation, and counts to first order or nearly so: \
+                 standard deviations of parameters that can compensate it may be too small. Make this error a parameter of a candidate, with its \
+                 prior"
+            )),
+            _ => Some(format!(
+                "the effects of the errors of {names} are too far from linear over their standard deviations, and count to first order or nearly \
+                 so: standard deviations of parameters that can compensate them may be too small. Make these errors parameters of a candidate, \
+                 with their priors"
+            )),
+        }
     }
 
     /// Whether an error is bent.

@@ -38,9 +38,9 @@ pub struct ModeCase {
 }
 
 /// What is said of open ends of that program.
-const OPEN_END: &str = "open ends are laws of s here, type 11 the exact one, type 12 a piston in a wall, which is 3 % of the end correction too long (frequencies \
-                        lower by some 0.3 %); OSCILOS_lite evaluates fits at the frequency alone, so that its growth rates differ by some 1/s where modes are \
-                        strongly damped: its numbers stand below the table";
+const OPEN_END: &str = "open ends are laws of s here: type 11 is exact, type 12 a piston in a wall, whose end correction is 3 % too long (frequencies some \
+                        0.3 % lower). OSCILOS_lite evaluates polynomials at the frequency alone, so its growth rates of strongly damped modes differ by \
+                        some 1/s; they stand below the table";
 
 /// What is asked: chains, or answers.
 pub(super) enum Given {
@@ -211,9 +211,9 @@ impl ModeCase {
         let [stated, counts] = temperature;
         let note = model.is_some().then(|| {
             let shared = if (counts - stated).abs() > 1e-9 {
-                format!("{counts:.3} K at x = 0 with the errors that the training inferred, {stated:.3} K as stated")
+                format!("{counts:.3} K at x = 0 as corrected by the training ({stated:.3} K as stated)")
             } else {
-                format!("{stated:.3} K at x = 0 as stated, errors of factors as the training inferred them")
+                format!("{stated:.3} K at x = 0 as stated, errors of factors as inferred by the training")
             };
             format!(
                 "most probable parameters, gas of {shared}; `rijke predict` gives the same modes to first order in these errors, \

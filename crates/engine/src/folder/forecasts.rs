@@ -88,8 +88,7 @@ impl Forecasts<'_> {
             let mode =
                 if first.mode.is_empty() { "the mode".to_owned() } else { format!("mode `{}`", first.mode) };
             tell.note(format!(
-                "warning: at {} of {} points a mode could not be followed from where it was measured; what stands there may be another one. The first: {mode} \
-                 at {}",
+                "warning: at {} of {} points a mode could not be followed from a measured point; the row may be another mode. The first: {mode} at {}",
                 how_many(lost.iter().map(|f| &f.point)),
                 how_many(found.iter().map(|f| &f.point)),
                 first.point
@@ -115,7 +114,7 @@ impl Forecasts<'_> {
             let rests = first.beyond[1].as_ref().map(rests).unwrap_or_default();
             tell.note(format!(
                 "warning: at {} of {} points a mode that was not measured grows by this model: at {} one of {hertz:.1} Hz with {growth:+.2} 1/s{rests}; \
-                 probability_of_instability is of the mode of its row alone",
+                 the column probability_of_instability does not include it",
                 how_many(growing.iter().map(|f| &f.point)),
                 how_many(found.iter().map(|f| &f.point)),
                 first.point

@@ -77,7 +77,7 @@ impl PointModel<'_> {
     /// The place of a source in the network, and how far away its reference is, m.
     fn reference_of(&self, conditions: &Conditions, source: &Source) -> Result<(usize, f64), EngineError> {
         if self.assembly.mean_flow().is_some() {
-            let problem = "and a candidate asks for waves in the mean flow: here the gas must be at rest";
+            let problem = "and a candidate requires waves in the mean flow: here the gas must be at rest";
             return Err(source.wrong(conditions, problem.into()));
         }
         let j = self.network.place_at(source.x);

@@ -151,8 +151,8 @@ impl ResponseRun {
             let share = (bend / change).sqrt();
             (bend > 1.0 && share > BENT).then(|| {
                 format!(
-                    "{}: over its standard deviation the answers bend by {:.0} % of their change, which standard deviations and evidence leave out: \
-                     make what is in error an unknown of the rig, and write `checked = true`",
+                    "{}: over its standard deviation the predictions deviate from a straight line by {:.0} % of their change; standard deviations and \
+                     evidence leave this out. Make this number an unknown of the rig, and write `checked = true`",
                     p.name,
                     100.0 * share
                 )
@@ -186,7 +186,7 @@ impl Training<'_> {
         match (first, again) {
             (Ok((_, one)), Ok((at_last, mut best))) if worth(&best) > worth(&one) + BETTER => {
                 best.warnings.push(format!(
-                    "one start ended {:.0} nats lower, at residuals that no small fault of a model leaves: other maxima were looked for after all",
+                    "the first search ended {:.0} nats lower, with residuals too large for a good model: other maxima were sought, and this one is better",
                     worth(&best) - worth(&one)
                 ));
                 Ok((at_last, best))

@@ -117,8 +117,8 @@ impl std::fmt::Display for Aliased {
         let Self { name, period, step_hz, reach: [low, high], .. } = self;
         write!(
             f,
-            "frequencies {step_hz:.4} Hz apart cannot tell {name} from a delay that is {:.2} ms longer or shorter, and its prior admits such ({:.2} \
-             to {:.2} ms): give finer frequencies, or a prior that knows the delay",
+            "frequencies {step_hz:.4} Hz apart cannot distinguish {name} from a delay that is {:.2} ms longer or shorter, and its prior allows both \
+             ({:.2} to {:.2} ms): give finer frequencies, or a narrower prior",
             1e3 * period,
             1e3 * low,
             1e3 * high

@@ -145,7 +145,7 @@ fn no_answer(stage: &str, what: &str, error: EngineError) -> EngineError {
     match error {
         EngineError::Network { source: NetworkError::NotFinite { s }, .. } => {
             let problem =
-                format!("the model has no {what} at {:.1} Hz; ask for lower frequencies", hertz(s.im));
+                format!("the model has no {what} at {:.1} Hz; choose lower frequencies", hertz(s.im));
             EngineError::Refused { stage: stage.to_owned(), problem }
         }
         other => other,

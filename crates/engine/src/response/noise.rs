@@ -213,8 +213,8 @@ pub(super) fn settled<'r>(
     }
     Err(EngineError::Unsettled {
         what: format!(
-            "the noise in proportion to the modulus does not settle in {FITS} fits: the model says something else of the numbers each time; give \
-             every row its standard deviation (a column `sd`), or write `noise_in_proportion = false`"
+            "the noise in proportion to the modulus does not settle in {FITS} fits: the predictions change from fit to fit; give every row its \
+             standard deviation (a column `sd`), or write `noise_in_proportion = false`"
         ),
     })
 }

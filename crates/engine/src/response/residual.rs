@@ -141,7 +141,7 @@ impl Left {
         if let Some(beyond) = self.beyond_stated.filter(|b| floats && self.is_larger(*b, BEYOND)) {
             remarks.push(format!(
                 "the residuals are {beyond:.1} times the standard deviations that the data state, and the inferred noise covers the rest: the data \
-                 are worse than they say, or the model lacks something, which may have moved its parameters by more than their deviations"
+                 are worse than stated, or the model misses an effect, which may have moved its parameters by more than their deviations"
             ));
         }
         if let Some(power) = self.grows() {
@@ -159,8 +159,8 @@ impl Left {
         let stated = self.beyond_stated.is_some_and(|b| b < BEYOND);
         if floats && self.share > UNDESCRIBED && self.neighbours_sds <= NOT_NOISE && !stated {
             remarks.push(format!(
-                "what this model leaves is {:.0} % of the data, and the noise was chosen to cover it: it does not describe them, unless they are as noisy as \
-                 that",
+                "the residuals of this model are {:.0} % of the data, and the inferred noise covers them: unless the data are as noisy as that, \
+                 the model is wrong",
                 100.0 * self.share
             ));
         }
@@ -185,7 +185,8 @@ fn too_large(stage: &ResponseStage, left: &Left) -> String {
         )
     };
     format!(
-        "the residuals are {:.1} times as large as {what} expect (rms {:.2e}): error bars and leads are too sure by as much; {remedy}",
+        "the residuals are {:.1} times as large as {what} expect (rms {:.2e}): standard deviations are too small by this factor, and leads \
+         too large; {remedy}",
         left.ratio, left.size
     )
 }
@@ -196,16 +197,17 @@ fn not_noise(stage: &ResponseStage, measured: &[Measured], left: &Left) -> Strin
         _ if left.share > POOR => "this model does not describe these data",
         // Pressures of unknown sources are trained without a misfit.
         None if measured.iter().any(|m| m.unknown_sources) => {
-            "the rig's model or that of the instrument lacks something small, perhaps an error of a temperature (T_amb_sd), a length or a place \
-             that it takes for exact, and every further frequency counts it once more: state these errors, or give the microphones larger \
-             ones ([microphones] of rig.toml); frequencies farther apart (`step_hz`) hide the lack, and what it does to the parameters stays"
+            "the model of the rig or of the instrument misses a small effect, such as an error of a temperature (T_amb_sd), a length or a \
+             place that counts as exact. More frequencies make the result more certain, but not more right: state these errors, or give the \
+             microphones larger ones ([microphones] of rig.toml). Fewer frequencies (`step_hz`) hide the effect and leave its bias in the \
+             parameters"
         }
         None => {
-            "the rig's model or that of the instrument lacks something small, perhaps an error of a temperature (T_amb_sd), a length or a place \
-             that it takes for exact, and every further frequency counts it once more: state these errors, or let the misfit correlate \
-             ([responses.misfit]); frequencies farther apart (`step_hz`) hide the lack, and what it does to the parameters stays"
+            "the model of the rig or of the instrument misses a small effect, such as an error of a temperature (T_amb_sd), a length or a \
+             place that counts as exact. More frequencies make the result more certain, but not more right: state these errors, or let the \
+             misfit correlate ([responses.misfit]). Fewer frequencies (`step_hz`) hide the effect and leave its bias in the parameters"
         }
-        Some(_) => "the rig's model or that of the instrument lacks something",
+        Some(_) => "the model of the rig or of the instrument misses an effect",
     };
     format!(
         "the residuals are not noise: their rms is {:.2e}, over their standard deviations {:.2} % of that of the data, and neighbouring \
@@ -226,7 +228,7 @@ pub(super) fn untold(parameters: &[TrainedParameter], data: &Selected) -> Option
     let both =
         |what: &ResponseKind| matches!(what, ResponseKind::Pressure { sources, .. } if sources.len() > 1);
     let hint = if data.whats.iter().any(both) {
-        "; waves of unknown strength enter at both ends, so that nothing is told of what these reflect: if only one end drives, write \
+        "; waves of unknown strength enter at both ends, so these data do not determine what the ends reflect: if only one end drives, write \
          sources = [\"upstream\"]"
     } else {
         ""

@@ -53,7 +53,7 @@ pub(super) fn fields(
         let heard: Vec<C64> = loads.clone().map(|load| measured[load].values[k]).collect();
         Field::new(about, &heard).ok_or_else(|| EngineError::Unsettled {
             what: format!(
-                "{} at {} Hz: the microphones cannot tell the sources apart; take the frequency out with `band_hz`, or state fewer `sources`",
+                "{} at {} Hz: the microphones cannot distinguish the sources; take the frequency out with `band_hz`, or state fewer `sources`",
                 measured[loads.start].label, frequencies[k]
             ),
         })

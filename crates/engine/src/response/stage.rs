@@ -352,7 +352,7 @@ fn few(numbers: usize, told: usize) -> Option<String> {
     let times = (n / freedom).sqrt() * student(freedom);
     (told > 0 && times > FEW).then(|| {
         format!(
-            "{numbers} real numbers tell {told} parameters and the noise: standard deviations are about {times:.1} times too small; measure at more frequencies, or state \
+            "{numbers} real numbers determine {told} parameters and the noise: standard deviations are about {times:.1} times too small; measure at more frequencies, or state \
              the noise"
         )
     })
@@ -371,7 +371,7 @@ mod tests {
     fn message_few_numbers_are_said() {
         let said = few(6, 3).unwrap();
         assert!(
-            said.contains("6 real numbers tell 3 parameters") && said.contains("about 2.4 times"),
+            said.contains("6 real numbers determine 3 parameters") && said.contains("about 2.4 times"),
             "{said}"
         );
         assert_eq!(few(60, 3), None);

@@ -175,9 +175,9 @@ pub(super) fn scattered_days(
     let kelvin = all.iter().map(|t| ambient(t.0)[0]).sum::<f64>() / n;
     (f_as_normal(between / noise, [g - 1.0, n - g]) > APART).then(|| {
         format!(
-            "the frequencies of the {g} days scatter about the model by {:.2} % from day to day, far more than those of one day do: an error that the points of a \
-             day share is not counted, as {:.1} K of T_amb, so that standard deviations of parameters take {n} measurements for as many errors; state it as \
-             T_amb_sd in campaign.csv, with base_errors = true",
+            "the frequencies of the {g} days scatter about the model by {:.2} % from day to day, far more than within a day. The points of a day \
+             seem to share an error that is not stated, such as {:.1} K of T_amb; standard deviations of parameters count {n} independent errors \
+             instead, and are too small. State T_amb_sd in campaign.csv, with base_errors = true",
             100.0 * scatter,
             2.0 * kelvin * scatter
         )

@@ -88,7 +88,8 @@ impl Run {
         }
         if let [first, second, ..] = &all[..] {
             let problem = format!(
-                "it stands on misfits of laws of two roles, {} and {}, and takes one: state the larger of their effects as `law` of [stage.noise]",
+                "it stands on laws of two roles with a misfit, {} and {}, but only one can be included: state the larger of their effects as `law` \
+                 of [stage.noise]",
                 first.role, second.role
             );
             return Err(EngineError::Refused { stage: stage.id.clone(), problem });

@@ -7,6 +7,7 @@ use super::predicted::mixed;
 use super::record::ModelRecord;
 use crate::rows::Row;
 use crate::{EngineError, SavedModel};
+use rijke_numerics::words::precise;
 use rijke_study::plan::Stage;
 use serde::{Deserialize, Serialize};
 
@@ -34,20 +35,20 @@ pub fn at_other_maxima(model: &SavedModel, open: &[OpenModel]) -> Option<String>
         let name = &here.names[k];
         let other = there.mean[there.names.iter().position(|n| n == name)?];
         let sds = (other - here.mean[k]).abs() / here.covariance[(k, k)].sqrt();
-        (sds > APART).then(|| format!("{name} = {other:.4e} (here {:.4e})", here.mean[k]))
+        (sds > APART).then(|| format!("{name} = {} (here {})", precise(other), precise(here.mean[k])))
     };
     let values: Vec<String> = (0..here.names.len()).filter_map(apart).take(3).collect();
     let odds: f64 = itself.iter().map(|o| o.odds).sum();
     Some(format!(
-        "{} of them {} this model at another maximum of its posterior: {:.2} of its probability in all, the most probable{}. All other columns hold for \
-         one maximum: use the averaged ones",
+        "{} of these {} this model at another maximum of its posterior, with a probability of {:.2} in all; the most probable {}. The columns without \
+         averaged_ hold for one maximum: use the averaged ones",
         itself.len(),
         if itself.len() == 1 { "is" } else { "are" },
         odds / (1.0 + odds),
         if values.is_empty() {
-            " with a noise of another size".to_owned()
+            "has a noise of another size".to_owned()
         } else {
-            format!(" at {}", values.join(", "))
+            format!("lies at {}", values.join(", "))
         }
     ))
 }

@@ -20,8 +20,8 @@ pub(crate) fn behind_by_a_prior(models: &[(&str, Option<f64>, &[TrainedParameter
         let (p, z) = far.iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
         (behind > 0.0 && penalty - by_the_leader > behind).then(|| {
             format!(
-                "only its priors put {id} {behind:.1} nats behind: the data move {} by {z:.1} sd of its prior, which costs about {penalty:.0} nats; check that \
-                 prior",
+                "{id} is {behind:.1} nats behind only because of a prior: the data move {} by {z:.1} sd of that prior, which lowers the evidence by \
+                 about {penalty:.0} nats; check that prior",
                 p.name
             )
         })
@@ -51,9 +51,12 @@ mod tests {
         let of = |value| [TrainedParameter::of(&Parameter::new("a", "a", "1", prior), value, 0.003)];
         let (far, near) = (of(0.64), of(0.21));
         let said = behind_by_a_prior(&[("b", Some(10.0), &near), ("a", Some(-73.0), &far)]);
-        assert!(said.len() == 1 && said[0].starts_with("only its priors put a 83.0 nats behind"), "{said:?}");
-        assert!(said[0].contains("move a by 22.0 sd of its prior"), "{said:?}");
-        assert!(said[0].contains("costs about 242 nats"), "{said:?}");
+        assert!(
+            said.len() == 1 && said[0].starts_with("a is 83.0 nats behind only because of a prior"),
+            "{said:?}"
+        );
+        assert!(said[0].contains("move a by 22.0 sd of that prior"), "{said:?}");
+        assert!(said[0].contains("by about 242 nats"), "{said:?}");
         // The first place is lost by less than 22^2/2 nats.
         let behind = |by: f64| behind_by_a_prior(&[("b", Some(0.0), &near), ("a", Some(-by), &far)]).len();
         assert_eq!([behind(241.0), behind(243.0)], [1, 0]);

@@ -31,7 +31,8 @@ impl Beyond {
         let unit = unit_behind(unit);
         match part {
             Some(part) => format!(
-                "{point}: {part} is there ({factor} = {value}), and was at no point that trained: it counts with its element in rig.toml and the laws of this model, which these data did not test"
+                "{point}: {part} is present ({factor} = {value}) but was absent at all points that trained: it acts as rig.toml and the laws of this \
+                 model describe it, untested by these data"
             ),
             None => format!(
                 "{point}: {factor} = {value}{unit} is beyond the points that trained, {low} to {high}{unit}: the laws are extrapolated"
@@ -110,6 +111,10 @@ mod tests {
         };
         assert!(beyond.words().starts_with("a: Q = 60 W is beyond the points that trained, 0 to 50 W"));
         let damper = Beyond { part: Some("damper".into()), ..beyond };
-        assert!(damper.words().starts_with("a: damper is there (Q = 60), and was at no point that trained"));
+        assert!(
+            damper
+                .words()
+                .starts_with("a: damper is present (Q = 60) but was absent at all points that trained")
+        );
     }
 }

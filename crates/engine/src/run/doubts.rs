@@ -78,7 +78,7 @@ pub(super) fn doubts(
                 "is no smaller than their scatter"
             };
             all.push(format!(
-                "the misfit of {what} ({}) {how} ({}): the model explains nearly none of it; check units, signs and priors",
+                "the misfit of {what} ({}) {how} ({}): the model explains hardly any of this scatter; check units, signs and priors",
                 shown(misfit[k]),
                 shown(scatter)
             ));
@@ -130,7 +130,7 @@ pub(super) fn other_sign(found: &[TrainedParameter], declared: &[Parameter]) -> 
         let other = f.value * mean < 0.0 && mean.abs() >= sd && f.value.abs() > CLEARLY * f.sd;
         other.then(|| {
             format!(
-                "{} = {} has not the sign of its prior, {mean} +- {sd}: if that cannot be, check the signs in its law and the phases of its tables",
+                "{} = {} has not the sign of its prior, {mean} +- {sd}: if that is impossible, check the signs in its law and the phases of its tables",
                 f.name,
                 with_sd(f.value, f.sd)
             )
@@ -320,7 +320,7 @@ pub(super) mod tests {
         assert!(doubts(&points, &right, [0.1, 0.1, 0.02], [true; 2], false).is_empty());
         let said = doubts(&points, &[[-2.5, 502.5]; 6], [1.7, 1.7, 0.0], [true; 2], false);
         assert!(doubts(&points, &[[-2.5, 502.5]; 6], [1.7, 1.7, 0.0], [false; 2], false).is_empty());
-        assert!(said.len() == 2 && said[0].contains("explains nearly none of it"), "{said:?}");
+        assert!(said.len() == 2 && said[0].contains("explains hardly any of this scatter"), "{said:?}");
         let mut one_off = right.clone();
         one_off[3][1] += 4.0;
         let said = doubts(&points, &one_off, [0.1, 1.6, 0.0], [true; 2], false);

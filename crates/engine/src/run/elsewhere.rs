@@ -147,7 +147,7 @@ pub fn with_points<A: Clone + Into<AskedPoint>>(
         if matches!(&study.plan.base, Base::States(due) if due.points.contains(&like.id)) {
             let what = format!(
                 "the gas at {name} is that of its clicks, and `points` of [base.states] names the points with such gas one by one; name their `rows`, \
-                 or factors that only they have, so that it can be foreseen"
+                 or factors that only they have, so that it can be predicted"
             );
             return Err(failed(campaign, what));
         }

@@ -134,15 +134,16 @@ impl Checks {
             let times = (*count as f64 / chi_squared).sqrt();
             if p < Self::NEVER {
                 return Some(format!(
-                    "the {what} lie farther from the model than noise and stated errors allow: chi-squared {chi_squared:.1} of {count} numbers (p < {:.3}); the evidence \
-                     and all standard deviations of this stage count on these: let a stated noise float, and check the points that the page marks and the errors stated for T_amb and factors",
+                    "chi-squared of the {what} is too large: {chi_squared:.1} for {count} numbers (p < {:.3}). Stated noise or errors are too small, \
+                     or points are wrong, so the evidence and all standard deviations of this stage are not reliable: let a stated noise float, \
+                     and check the points that the page marks and the errors stated for T_amb and factors",
                     p + 5e-4
                 ));
             }
             (p > 1.0 - Self::NEVER && times > TOO_LARGE).then(|| {
                 format!(
-                    "the stated noise of the {what} is about {times:.1} times too large: chi-squared {chi_squared:.1} of {count} numbers; the standard deviations of \
-                     parameters are therefore too large, and differences of evidence too small"
+                    "the stated noise of the {what} is about {times:.1} times too large: chi-squared is {chi_squared:.1} for {count} numbers; the \
+                     standard deviations of parameters are therefore too large, and differences of evidence too small"
                 )
             })
         };
@@ -159,8 +160,8 @@ impl Checks {
         let gain: f64 = missing.required().map(|f| f.beyond.0).sum();
         (gain > 0.0 && gain < 0.5 * beyond).then(|| {
             format!(
-                "such terms explain {gain:.0} of the {beyond:.0} nats by which residuals exceed their noise: points that are off, errors of days, or a noise \
-                 stated too small are as likely as an effect"
+                "the residuals exceed their noise by {beyond:.0} nats, of which the missing terms explain {gain:.0}: bad points, errors of days, or a \
+                 stated noise that is too small are as likely as a missing effect"
             )
         })
     }
@@ -270,7 +271,7 @@ mod tests {
         };
         // Half of 1011 - 96.
         let said = checks(1011.0).unexplained(&missing(12.3)).unwrap();
-        assert!(said.starts_with("such terms explain 12 of the 458 nats"), "{said}");
+        assert!(said.contains("by 458 nats, of which the missing terms explain 12"), "{said}");
         assert_eq!(checks(1011.0).unexplained(&missing(300.0)), None);
         assert_eq!(checks(110.0).unexplained(&missing(12.3)), None);
     }

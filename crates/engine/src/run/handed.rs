@@ -53,8 +53,8 @@ impl Run {
         let size = chosen.trained.linear.0.size_of(&bent).sqrt();
         (size > BENT).then(|| {
             format!(
-                "the Gaussian posterior of stage `{}` does not hold at these values: there its predictions of that stage's data are off by {size:.1} sd, and values here may be off by more; train the \
-                 points of both stages in one stage",
+                "at these values the Gaussian posterior of stage `{}` is not valid: it misrepresents that stage's data by {size:.1} sd, so values and \
+                 evidence here may be wrong; train the points of both stages in one stage",
                 before.id
             )
         })

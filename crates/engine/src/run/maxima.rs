@@ -4,6 +4,7 @@ use super::course::{Chosen, Elsewhere, Trusted};
 use crate::{EngineError, NamedGaussian};
 use rayon::prelude::*;
 use rijke_inference::{Evidence, probabilities};
+use rijke_numerics::words::precise;
 use rijke_study::unit_behind;
 use std::sync::Arc;
 
@@ -97,7 +98,7 @@ fn not_told(found: &[(f64, Chosen)], best: usize, shares: &[f64]) -> Option<Stri
         let value = |i: usize| {
             let p = &own.parameters[i];
             let unit = unit_behind(&p.unit);
-            format!("{} = {:.4e}{unit} (not {:.4e})", p.name, other.values[i], own.values[i])
+            format!("{} = {}{unit} (not {})", p.name, precise(other.values[i]), precise(own.values[i]))
         };
         (0..own.own).filter(far).take(2).map(value).collect::<Vec<_>>().join(", ")
     };
@@ -108,8 +109,8 @@ fn not_told(found: &[(f64, Chosen)], best: usize, shares: &[f64]) -> Option<Stri
         places.take(4).map(|(k, at)| format!("{at}, probability {:.3}", shares[k])).collect();
     (!named.is_empty()).then(|| {
         format!(
-            "earlier stages leave several maxima open, and these data do not decide between them: values and standard deviations are those of one of \
-             them, of probability {:.3}; others are at {}",
+            "earlier stages leave several maxima open, and these data do not decide between them. The values and standard deviations stated are \
+             those of one maximum (probability {:.3}); others: {}",
             shares[best],
             named.join("; ")
         )

@@ -12,6 +12,8 @@ const AS_STATED: f64 = 0.9;
 const TOLD: f64 = 0.5;
 /// So many standard deviations their mean is from zero, or the root of their mean square above one.
 const APART: f64 = 3.3;
+/// So many stated standard deviations from zero, one that all points share is doubted.
+const FAR: f64 = 3.0;
 
 impl Run {
     /// Factors whose errors, each drawn anew by what is stated, lie to one side, or are larger than stated,
@@ -31,8 +33,8 @@ impl Run {
             let larger = square.sqrt() > 1.0 + APART / (2.0 * n).sqrt();
             (told.len() > 2 && !common.contains(&factor.name) && (aside || larger)).then(|| {
                 format!(
-                    "the errors of `{0}` at {1} settings lie at {mean:+.1} of `{0}_sd` on average, {2:.1} root mean square: if a meter reads wrongly \
-                     everywhere, name it in `common_errors`; else `{0}_sd` is too small, or the model needs `{0}` to be wrong",
+                    "the inferred errors of `{0}` at {1} settings are {mean:+.1} times `{0}_sd` on average ({2:.1} rms): if the meter is wrong everywhere, \
+                     name it in `common_errors`; otherwise `{0}_sd` is too small, or the model is wrong",
                     factor.name,
                     told.len(),
                     square.sqrt()
@@ -56,12 +58,17 @@ impl Run {
             let unit = campaign.factors[factor].unit_in_print();
             let (what, key) = (format!("`{name}`"), format!("{name}_sd"));
             let said = shared(&what, &key, [error, sd], stated, &unit)?;
-            Some(format!("{said} at {}; predictions take `{name}` as the same meter reads it", there.id))
+            let doubt = far(&what, &key, error).unwrap_or_default();
+            Some(format!(
+                "{said} at {}; predictions take `{name}` as the same meter reads it{doubt}",
+                there.id
+            ))
         };
         let of_part = |part: &Part| {
             let Shape::Duct(Duct { temperature_sd: stated, .. }) = &part.shape else { return None };
             let told = posterior.error_of(&Cause::Part(part.name.clone()))?;
-            shared(&format!("the temperature of {}", part.name), "temperature_sd", told, *stated, "K")
+            let (what, key) = (format!("the temperature of {}", part.name), "temperature_sd");
+            Some(shared(&what, key, told, *stated, "K")? + &far(&what, key, told[0]).unwrap_or_default())
         };
         let factors = self.study.plan.common_errors.iter().filter_map(one);
         factors.chain(self.study.rig.parts.iter().filter_map(of_part)).collect()
@@ -73,6 +80,30 @@ impl Run {
 fn shared(what: &str, key: &str, [error, sd]: [f64; 2], stated: f64, unit: &str) -> Option<String> {
     (sd < AS_STATED).then(|| {
         let (share, size) = (with_sd(error, sd), quantity(error * stated, sd * stated, unit));
-        format!("the error of {what} that all points share is {share} of `{key}`, {size}")
+        format!("the shared error of {what} is {share} times `{key}`: {size}")
     })
+}
+
+/// The doubt about an error that all points share and that lies far from zero, in standard deviations as
+/// `key` states them, to stand behind what was said of it.
+fn far(what: &str, key: &str, error: f64) -> Option<String> {
+    (error.abs() > FAR).then(|| {
+        format!(
+            ". This error lies {:.1} stated standard deviations from zero: check {what} and `{key}`; if both are right, the model is wrong",
+            error.abs()
+        )
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::far;
+
+    #[test]
+    fn message_a_shared_error_of_more_than_three_deviations_is_doubted() {
+        assert_eq!(far("`q`", "q_sd", -2.9), None);
+        let said = far("`q`", "q_sd", -3.21).unwrap();
+        assert!(said.starts_with(". This error lies 3.2 stated standard deviations from zero"), "{said}");
+        assert!(said.contains("check `q` and `q_sd`"), "{said}");
+    }
 }

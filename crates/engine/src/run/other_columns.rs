@@ -49,7 +49,7 @@ impl Slip {
                 format!("the columns `{}` and `{}` of the campaign are exchanged", name(a), name(b))
             }
             Self::Times(k, by) => {
-                format!("all numbers of the column `{}` of the campaign are times {by}", name(k))
+                format!("all numbers of the column `{}` of the campaign are multiplied by {by}", name(k))
             }
         }
     }

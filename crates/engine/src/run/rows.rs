@@ -327,12 +327,18 @@ fn idle_laws(assembly: &Assembly, values: &[f64], models: &[Solved<'_>]) -> Opti
         let (candidate, effect) = (&candidates[c], &candidates[c].effects[e]);
         format!("`{}` of `{}` at {}", effect.coefficient.name(), candidate.id, effect.place_text)
     };
-    // Who writes 0 for a law means it: a candidate that says that nothing acts there.
-    let meant = |[c, e]: &[usize; 2]| candidates[*c].effects[*e].law.source().trim().parse::<f64>().is_ok();
+    // Who writes a law of 0, or of 0*rho*s, without a parameter means it: nothing acts there.
+    let meant = |[c, e]: &[usize; 2]| {
+        let (candidate, law) = (&candidates[*c], &candidates[*c].effects[*e].law);
+        let zero = law.source().split('*').any(|factor| factor.trim().parse::<f64>() == Ok(0.0));
+        zero && !(0..candidate.parameters.len()).any(|k| law.uses_parameter(k))
+    };
     let said: Vec<String> = idle.into_iter().filter(|law| !meant(law)).map(said).collect();
     (!said.is_empty()).then(|| {
+        let [are, have, their] = if said.len() == 1 { ["is", "has", "its"] } else { ["are", "have", "their"] };
+        let (place, formula) = if said.len() == 1 { ("place", "formula") } else { ("places", "formulas") };
         format!(
-            "{} is 0 at every point and has no effect; check its place and the factors in its formula",
+            "{} {are} 0 at every point and {have} no effect; check {their} {place} and the factors in {their} {formula}",
             few(&said, 4)
         )
     })

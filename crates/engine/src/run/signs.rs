@@ -68,7 +68,7 @@ const READINGS: [Reading; 9] = [
         read: |x, _| [0.5 * x, 0.5],
     },
     Reading {
-        column: "growth rates over pi, in Hz: widths at half power with a minus",
+        column: "negative widths at half power in Hz (growth rate/pi)",
         growth_rate: "pi times the number",
         sign: -1.0,
         read: |x, _| [PI * x, PI],

@@ -137,7 +137,7 @@ impl Run {
                 let other = open.later.iter().find(|l| l.stage == stage.id && l.model != chosen);
                 all.extend(other.map(|l| {
                     format!(
-                        "If `{}` were right in {}, `{}` would be the best model here",
+                        "If `{}` were right in stage \"{}\", `{}` would be the best model here",
                         open.id, before.title, l.model
                     )
                 }));

@@ -91,7 +91,7 @@ impl<'a> ShapeModel<'a> {
             return refuse("the temperature varies along a duct: cut it into ducts of one temperature each");
         }
         if assembly.mean_flow().is_some() {
-            return refuse("a candidate asks for waves in the mean flow: the gas must be at rest");
+            return refuse("a candidate requires waves in the mean flow: the gas must be at rest");
         }
         let graded = |d: &DuctAt| d.temperatures.len() > 1 && assembly.rig.parts[d.part].is_of_unknown_gas();
         if layout.ducts.iter().any(graded) {

@@ -10,7 +10,10 @@ pub fn reasons(remark: &Option<String>) -> impl Iterator<Item = &str> {
 /// That the data tell next to nothing of a parameter, `missed` if the model misses them by far.
 pub fn not_identified(p: &TrainedParameter, missed: bool) -> Option<String> {
     p.is_as_before().then(|| match missed {
-        true => format!("the misfit is so large that these data determine nothing about {}: its posterior is its prior, which may be wrong", p.name),
+        true => format!(
+            "the model misses these data so far that they do not constrain {}: its posterior is its prior",
+            p.name
+        ),
         false => format!("not identified by these data: the posterior of {} is its prior", p.name),
     })
 }

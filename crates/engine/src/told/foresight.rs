@@ -31,9 +31,9 @@ pub fn tell_foresight(study: &Study, stage: &StageForesight, tell: &dyn Tell) {
         && shared > 0
     {
         tell.say(format!(
-            "  {} have several of these points, which count as independent: if the rig changes from assembly to assembly, state \
-             `installation` in [stage.noise]",
-            counted(shared, "installation")
+            "  {} several of these points, which count as independent: if the rig changes from installation to installation, \
+             state `installation` in [stage.noise]",
+            if shared == 1 { "1 installation has".to_owned() } else { format!("{shared} installations each have") }
         ));
     }
     if study.plan.stage(&stage.id).is_some_and(|(_, plan)| plan.base_errors) {

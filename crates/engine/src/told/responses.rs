@@ -37,7 +37,7 @@ pub fn tell_responses(stage: &ResponseStageRecord, tell: &dyn Tell) {
     } else if let [first, _, ..] = models[..]
         && first.too_sure
     {
-        tell.say("  what the best model leaves is not noise: its lead is too sure".to_owned());
+        tell.say("  the residuals of the best model are not noise, so its lead is overstated".to_owned());
     }
     if let Some(model) = models.first() {
         let (own, errors, channels) = model.by_kind();
@@ -49,7 +49,7 @@ pub fn tell_responses(stage: &ResponseStageRecord, tell: &dyn Tell) {
         let untold = errors.iter().filter(|p| p.is_as_before()).count();
         if untold > 0 {
             tell.say(format!(
-                "      {untold} stated {} counted, of which these data tell nothing",
+                "      {untold} stated {} included, about which these data have no information",
                 if untold == 1 { "error is" } else { "errors are" }
             ));
         }

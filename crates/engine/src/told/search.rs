@@ -81,7 +81,7 @@ impl SearchRecord {
                 g.behind.unwrap_or_default()
             ),
             None => {
-                "stage by stage: the choice could not be fitted with its candidates in all stages".to_owned()
+                "stage by stage: the choice made stage by stage could not be fitted in all stages".to_owned()
             }
         });
         if let Some(within) = self.within.filter(|_| left > 0) {

@@ -152,30 +152,28 @@ fn still_asked(missing: &Missing) -> Vec<String> {
         "the data require a further term; the standard deviations above assume a complete model, and are too small:"
             .to_owned(),
     ];
-    all.extend(
-        missing.required().take(2).enumerate().map(|(k, family)| {
-            let (Asked { strength: [value, sd], unit, gain, .. }, (beyond, probability)) =
-                (&family.first, family.beyond);
-            let (word, gain) = if k == 0 { ("missing", *gain) } else { ("and beyond that", beyond) };
-            format!(
-                "{word}: {} = {}: {gain:+.1} nats expected, p = {probability:.3} ({})",
-                family.first.words(),
-                quantity(*value, *sd, unit),
-                match family.like.len() {
-                    0 => format!(
-                        "the data distinguish it from the other {} terms that were tried",
-                        tried.saturating_sub(1)
-                    ),
-                    1 => format!(
-                        "the data cannot distinguish it from one of the {tried} terms that were tried"
-                    ),
-                    like => format!(
-                        "the data cannot distinguish it from {like} of the {tried} terms that were tried"
-                    ),
-                }
-            )
-        }),
-    );
+    all.extend(missing.required().take(2).enumerate().map(|(k, family)| {
+        let (Asked { strength: [value, sd], unit, gain, .. }, (beyond, probability)) =
+            (&family.first, family.beyond);
+        let (word, gain) = if k == 0 { ("missing", *gain) } else { ("and beyond that", beyond) };
+        format!(
+            "{word}: {} = {}: {gain:+.1} nats expected, p = {probability:.3} ({})",
+            family.first.words(),
+            quantity(*value, *sd, unit),
+            match family.like.len() {
+                0 => format!(
+                    "the data distinguish it from the other {} terms that were tried",
+                    tried.saturating_sub(1)
+                ),
+                1 => format!(
+                    "the data cannot distinguish it from one other of the {tried} terms that were tried"
+                ),
+                like => format!(
+                    "the data cannot distinguish it from {like} others of the {tried} terms that were tried"
+                ),
+            }
+        )
+    }));
     all
 }
 

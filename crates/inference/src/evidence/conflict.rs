@@ -126,8 +126,8 @@ impl std::fmt::Display for ConflictWarning {
                 let prior = if *carried { prior(carried) } else { "their priors" };
                 write!(
                     f,
-                    "the data contradict {prior}: taken together, the parameters lie {sds:.1} standard deviations from where such data would put them; the \
-                     prior density there is {penalty:.1} nats below its maximum"
+                    "the data contradict {prior}: the parameters, taken together, lie {sds:.1} standard deviations from where the prior expects \
+                     them; the prior density there is {penalty:.1} nats below its maximum"
                 )
             }
         }

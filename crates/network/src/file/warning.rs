@@ -143,8 +143,8 @@ pub enum Warning {
     },
     /// The phase of a table turns far from row to row.
     #[error(
-        "line {line}: {place}: half of the steps of the table's phase are larger than {step:.1} rad: such steps cannot tell a delay from one that \
-         is {other_ms:.2} ms longer or shorter, nor numbers that vary as exp(i omega t), which are taken, from those for exp(-i omega t); give \
+        "line {line}: {place}: half of the steps of the table's phase are larger than {step:.1} rad: such steps cannot distinguish a delay from one that \
+         is {other_ms:.2} ms longer or shorter, nor the convention exp(i omega t), which is assumed, from exp(-i omega t); give \
          finer frequencies"
     )]
     Coarse {

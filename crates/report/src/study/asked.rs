@@ -63,10 +63,10 @@ pub(super) fn section(stage: &StageRecord) -> String {
         .unexplained()
         .map_or_else(String::new, |said| format!("<p>{}.</p>\n", html(&capitalised(&said))));
     format!(
-        "<h3 id=\"{}-missing\">What these data still ask for</h3>\n<p>{sentence} A term describes what is missing. It is no cause: the data cannot tell it \
+        "<h3 id=\"{}-missing\">What these data still ask for</h3>\n<p>{sentence} A term describes what is missing. It is no cause: the data cannot distinguish it \
          from those of its family, and what is there may be in no library.</p>\n{unexplained}<details{}><summary>The terms</summary><div class=\"wide\"><table><thead><tr><th>term</th><th>strength</th><th>gain \
          expected, nats</th><th>beyond the terms above</th><th>by chance</th><th>moves growth rates, 1/s</th><th>moves frequencies, \
-         rad/s</th><th>cannot be told from</th></tr></thead><tbody>\n{rows}</tbody></table></div></details>\n",
+         rad/s</th><th>cannot be distinguished from</th></tr></thead><tbody>\n{rows}</tbody></table></div></details>\n",
         stage.id,
         if first.is_required() { " open" } else { "" }
     )

@@ -44,7 +44,7 @@ pub(super) fn section(stage: &StageRecord) -> String {
         checks.doubts().iter().map(|said| format!("<p>{}.</p>\n", html(&capitalised(said)))).collect();
     format!(
         "{doubts}<p>Sum of squared residuals, in standard deviations of the noise, of how many data: {}. p is the share of data made by this model itself \
-         that leave a larger sum after the same fit.</p>\n<details><summary>Each point foreseen from all others</summary><p>ln of \
+         that leave a larger sum after the same fit.</p>\n<details><summary>Each point predicted from all others</summary><p>ln of \
          the density of its data given those of all other points, to first order.{decided} * the model moves far without this point: do not trust its \
          number to 0.05 nats.</p><div class=\"wide\"><table><thead><tr><th>point</th><th>ln density, nats</th>{}<th>parameters move without it, \
          sd</th></tr></thead><tbody>\n{rows}</tbody></table></div></details>\n",

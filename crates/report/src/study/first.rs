@@ -62,7 +62,7 @@ fn unexplained(stage: &StageRecord) -> Vec<String> {
             "No further term gains more than chance would.".to_owned()
         } else {
             format!(
-                "The data ask for more: {} would gain {:.1} nats. The uncertainties above take the model for complete{}.",
+                "The data require a further term: {} would gain {:.1} nats. The uncertainties above assume a complete model{}.",
                 html(&family.first.words()),
                 family.first.gain,
                 stage.moved_since.iter().map(|said| format!("; {}", html(said))).collect::<String>()

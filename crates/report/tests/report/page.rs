@@ -166,7 +166,7 @@ fn behaviour_the_page_says_what_was_found_and_whose_data_it_is() {
         "<td>p1*<",
         "leak at x = 0.300 m, times Q/(50 W)<br><small>between 0.250 m and 0.350 m</small>",
         "It is no cause",
-        "take the model for complete; what is missing may have moved eta.",
+        "assume a complete model; what is missing may have moved eta.",
         "<title>p1: ",
         // Of the point under the pointer.
         "[-6.0,0.1,-6.0,0.5]",

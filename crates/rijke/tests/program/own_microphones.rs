@@ -35,13 +35,16 @@ fn behaviour_a_gain_that_drifts_is_said_and_left_out() {
     for part in [
         "microphone 3 (p4) was left out of 3 of 3 pings",
         "e-0, e-40",
-        "microphone 3 (p4) decays otherwise than the others",
+        "the growth rate of microphone 3 (p4) differs from that of the others",
         "write `dead = [3]`",
     ] {
         assert!(said.contains(part), "{part}: {said}");
     }
     let corrections = fs::read_to_string(folder.join("observations/corrections.csv")).unwrap();
-    assert!(corrections.contains("a.csv,\"left out: microphone 3 (p4) decays otherwise"), "{corrections}");
+    assert!(
+        corrections.contains("a.csv,\"left out: the growth rate of microphone 3 (p4) differs"),
+        "{corrections}"
+    );
     let pings = fs::read_to_string(folder.join("observations/pings.csv")).unwrap();
     let mut rows = pings.lines().map(|l| l.split(',').collect::<Vec<_>>());
     let head = rows.next().unwrap();

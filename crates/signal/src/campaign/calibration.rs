@@ -77,7 +77,7 @@ pub(super) fn calibrate(
     let (pings, no_pings) = learn(has_pings, set.ping.rate_hz)?;
     let (clicks, no_clicks) = learn(has_clicks, set.click.rate_hz)?;
     if let Some(cause) = no_clicks {
-        notes.push(format!("{cause}: clicks are left out, for arrival times need them"));
+        notes.push(format!("{cause}: clicks are left out, because arrival times need the calibration"));
     }
     let click = clicks.as_ref().map_or_else(|| options.click.clone(), |f| f.options.clone());
     if click != options.click {

@@ -47,11 +47,11 @@ pub(super) fn leave_out_copies(set: &RecordSet, jobs: &[RecordItem], fitted: &mu
         let (one, all) = (found.len() == 1, counted(jobs.len(), "record"));
         let left = if one { "is left out" } else { "are left out" };
         Some(if rounded {
-            let are = if one { "is rounded as another one" } else { "are rounded as others" };
+            let are = if one { "equals another one" } else { "equal others" };
             format!(
-                "{} of {all} {are} of the same point, and {left} (rejections.csv): a step of the converter is larger than the noise, the errors of rounding \
-                 are the same, and the mean over them is no better than one of them. The first, {name}, is rounded as {of}. Raise the gain before the \
-                 converter, or let the loudspeaker run freely, not in step with it",
+                "{} of {all} {are} of the same point after rounding to the steps of the converter, which are larger than the noise, and {left} \
+                 (rejections.csv): the mean of equal records has the error of one of them. The first, {name}, equals {of}. Raise the gain before the converter, or \
+                 let the loudspeaker run freely, not in step with it",
                 found.len()
             )
         } else {

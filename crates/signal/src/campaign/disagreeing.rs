@@ -91,7 +91,7 @@ impl<'a> Exchange<'a> {
             let points: Vec<&str> = own.iter().map(|e| e.point).collect();
             format!(
                 "{a} and {b} are exchanged in {} against {}: if they are exchanged back in the ones or in the others, all repeats agree. So it is at {}, \
-                 whose mean pressures mix the two and have large errors. Look how they were wired, and give the right `channels` of the wrong \
+                 whose mean pressures mix the two and have large errors. Check the wiring, and give the right `channels` of the wrong \
                  files in an [[exception]] of the manifest",
                 some_of(one),
                 some_of(other),

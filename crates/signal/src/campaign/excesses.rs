@@ -69,21 +69,17 @@ pub(super) fn excess_in_words(point: &str, excess: &Excesses) -> String {
         ". A loudspeaker that dies away slowly looks like this, too: switch it off by a relay"
     };
     let square = excess.probability_of_square();
-    let laws = if square > 0.5 { ["its square", "the amplitude"] } else { ["the amplitude", "its square"] };
+    let law = if square > 0.5 { "the square of the amplitude" } else { "the amplitude" };
     let likely = square.max(1.0 - square);
-    let law = if likely < SURE {
-        format!(
-            ", if that changes as {}, which is likely to {:.0} %; the error holds what {} makes of it",
-            laws[0],
-            100.0 * likely,
-            laws[1]
-        )
+    let (law, errors) = if likely < SURE {
+        let law = format!("if it changes as {law}, with a probability of {:.0} %", 100.0 * likely);
+        (law, "; their errors include the other law")
     } else {
-        format!(", and changes as {}", laws[0])
+        (format!("it changes as {law}"), "")
     };
     format!(
-        "{point}: the damping {change} with the amplitude: at the end of the forcing it is {:.2} +- {:.2} % {side} that at small amplitude{law}; growth rates are those \
-         at small amplitude, with the error that this leaves. Excite more weakly to see them directly{other}",
+        "{point}: the damping {change} with the amplitude: at the end of the forcing it is {:.2} +- {:.2} % {side} that at small amplitude ({law}). \
+         The growth rates stated are those at small amplitude{errors}. A weaker excitation measures them directly{other}",
         100.0 * share.abs(),
         100.0 * sd,
     )

@@ -154,8 +154,8 @@ pub(super) fn ties_in_words(ties: &[Tie]) -> Vec<String> {
             (microphone.to_string(), "no pressure of it")
         };
         format!(
-            "{who} has one polarity in {} and the opposite one in {}: neither has the majority, so that nothing is turned, and {} {have} {what} \
-             (corrections.csv lists the records). Look how it was wired, and leave out of `pings` the records in which it was wrong; where two \
+            "{who} has one polarity in {} and the opposite one in {}: neither is in the majority, so the sign is left as it is, and {} {have} {what} \
+             (corrections.csv lists the records). Check the wiring, and leave out of `pings` the records in which it was wrong; where two \
              channels were exchanged, give the `channels` of these files in an [[exception]] of the manifest",
             some_of(one),
             some_of(other),

@@ -14,9 +14,9 @@ pub(super) fn of_other_rates(set: &RecordSet) -> Vec<usize> {
 pub(super) fn without_shapes(set: &RecordSet, others: &[usize]) -> String {
     let ids: Vec<&str> = others.iter().map(|k| set.points[*k].point.id.as_str()).collect();
     format!(
-        "the pings of {} ({}{}) are not sampled at {} Hz, as those of the calibration of the channels are, whose delays hold at that rate alone: \
-         growth rates and frequencies are had, mode shapes are left out; for shapes process these points as a set of their own, with clicks at their \
-         rate, or state gains and delays in [microphones] of the manifest in place of the [[calibration]]",
+        "the pings of {} ({}{}) are not sampled at {} Hz, at which the channels were calibrated, and the delays of the channels hold only at that \
+         rate: these pings give growth rates and frequencies, but no mode shapes; for shapes process these points as a set of their own, with clicks \
+         at their rate, or state gains and delays in [microphones] of the manifest in place of the [[calibration]]",
         counted(ids.len(), "point"),
         ids[..ids.len().min(3)].join(", "),
         if ids.len() > 3 { ", ..." } else { "" },

@@ -98,8 +98,8 @@ fn remove_outliers<T>(
 /// What single pings cannot tell, in a sentence, if no point has more.
 pub(super) fn unrepeated(pings: impl Iterator<Item = usize>) -> Option<String> {
     (pings.max() == Some(1)).then(|| {
-        "no point has more than one ping, so that what differs from ping to ping is not known: the stated errors are those of the noise of the \
-         records alone, and may be many times too small. Measure some points several times, the rig set anew in between"
+        "no point has more than one ping, so the scatter between pings is not known, and the stated errors include only the noise of the \
+         records; they may be many times too small. Measure some points several times, with the rig set anew in between"
             .to_owned()
     })
 }

@@ -24,7 +24,8 @@ pub enum CalibrationError {
     },
     /// The channels do not show the same impulse.
     #[error(
-        "the channels do not show one impulse: what they leave of it has {:.2} % of its energy, {:.2} % are allowed; a shorter, simpler click will do",
+        "the channels do not show one impulse: the residual of one common impulse has {:.2} % of its energy, and {:.2} % are allowed: make a shorter, \
+         cleaner click",
         100.0 * share, 100.0 * limit
     )]
     Misfit {
@@ -53,7 +54,7 @@ pub enum CalibrationError {
     /// Channels that hold the records of each other.
     #[error(
         "{exchange} in {clicks} of {of} calibration clicks{}. Their delays differ by {:.0} us, and by {:.0} us if they are exchanged back; sound \
-         takes {:.0} us from the one to the other. Look how they were wired, and give the right `channels` in the manifest, of single files in an [[exception]]",
+         takes {:.0} us from the one to the other. Check the wiring, and give the right `channels` in the manifest, of single files in an [[exception]]",
         first.as_ref().map_or(String::new(), |record| format!(", the first of them {record}")),
         1e6 * delays[0], 1e6 * delays[1], 1e6 * travel
     )]
@@ -89,9 +90,9 @@ pub enum CalibrationError {
     },
     /// Two delays that differ by more than those of channels do.
     #[error(
-        "{} hears the clicks {:.0} us later, compared with {}, than its place says, and sound takes {:.0} us from the one to the other: channels of one \
-         converter differ by less. Are the microphones at the `positions`, and the channels in the order, that rig and manifest say?",
-        channels[1], 1e6 * difference, channels[0], 1e6 * travel
+        "the clicks arrive {:.0} us later at {}, relative to {}, than its place predicts, and sound takes {:.0} us from the one to the other: channels \
+         of one converter differ by less. Check that the microphones are at the `positions` of the rig, and the channels in the order of the manifest",
+        1e6 * difference, channels[1], channels[0], 1e6 * travel
     )]
     UnequalDelays {
         /// The two; the second has the larger delay.
@@ -103,7 +104,8 @@ pub enum CalibrationError {
     },
     /// A delay that belongs to another place.
     #[error(
-        "{channel} hears the clicks {:.0} us after the time at which it should, compared with the median of the channels; sound takes {:.0} us from one microphone to the next: are the channels in the order that the manifest says?",
+        "the clicks arrive {:.0} us later at {channel}, relative to the median of the channels, than its place predicts; sound takes {:.0} us from one \
+         microphone to the next: check that the channels are in the order of the manifest",
         1e6 * delay, 1e6 * limit
     )]
     ImplausibleDelay {

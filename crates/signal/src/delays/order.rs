@@ -146,7 +146,7 @@ mod tests {
         assert_eq!(slow(&[0.0, 0.0, 124e-6, 0.0, 0.0]), Ok(()));
         let said = of(&[0.0, 0.0, 0.0, 0.0, 400e-6]).unwrap_err().to_string();
         assert!(
-            said.starts_with("channel 4 hears the clicks 400 us later, compared with channel 3,"),
+            said.starts_with("the clicks arrive 400 us later at channel 4, relative to channel 3,"),
             "{said}"
         );
     }

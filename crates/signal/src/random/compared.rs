@@ -41,7 +41,7 @@ pub enum ComparisonFault {
     },
     /// Two channels do not hear one sound.
     #[error(
-        "channel {channel} and the reference do not hear the same: their coherence is {coherence:.2} on the average, 0.5 is needed"
+        "channel {channel} and the reference do not measure the same sound: their coherence is {coherence:.2} on average, and 0.5 is needed"
     )]
     Incoherent {
         /// The channel.

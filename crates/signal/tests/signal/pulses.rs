@@ -356,7 +356,7 @@ fn message_impossible_channels_are_refused_with_the_reason() {
     let loud = calibrate(&|t| t.gains[6] = 1.6);
     assert!(loud.starts_with("channel 6 has a gain of 1.") && loud.contains("30 %"), "{loud}");
     let late = calibrate(&|t| t.delays[3] = 6.3e-4);
-    assert!(late.starts_with("channel 3 hears the clicks 590 us"), "{late}");
+    assert!(late.starts_with("the clicks arrive 590 us later at channel 3"), "{late}");
     // An impulse that lasts until its reflection comes back cannot be told from it.
     let long = calibrate(&|t| t.shape = Shape::Ricker(250.0));
     assert!(long.contains("use a shorter one"), "{long}");

@@ -134,7 +134,7 @@ impl HeatedFit {
             let off = (value - mean).abs() / (sd * gain.sqrt());
             if off > CONFLICT {
                 all.push(format!(
-                    "the readings ask for {what} of {:.3} where {mean} +- {sd} was expected, which leaves {value:.3} +- {left:.3}: they contradict each \
+                    "the readings require {what} of {:.3} where {mean} +- {sd} was expected, which gives {value:.3} +- {left:.3}: they contradict each \
                      other by {off:.1} standard deviations; check power, flow, their units, and places of thermometers, or widen the prior",
                     mean + (value - mean) / gain
                 ));
@@ -160,8 +160,8 @@ impl HeatedFit {
         if let Some([off, sd]) = self.offset.filter(|[off, sd]| off.abs() > CONFLICT * sd) {
             let more = if off > 0.0 { "more" } else { "less" };
             all.push(format!(
-                "where nothing heats, the thermometers read {:.2} K {more} than T_amb, {:.0} standard deviations of both but for what they have in \
-                 common: this counts as their common error; check their calibration and T_amb",
+                "where nothing heats, the thermometers read {:.2} K {more} than T_amb, {:.0} of their combined standard deviations without the shared \
+                 offset: this counts as their common error; check their calibration and T_amb",
                 off.abs(),
                 off.abs() / sd
             ));

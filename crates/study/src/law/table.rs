@@ -129,8 +129,8 @@ fn said(doubt: Doubt) -> String {
              rad"
         ),
         Doubt::Coarse { step, other } => format!(
-            "half of the steps of its table's phase are larger than {step:.1} rad: such steps cannot tell a delay from one that is {:.2} ms longer or \
-             shorter, nor numbers that vary as exp(i omega t), which are taken, from those for exp(-i omega t); give finer frequencies",
+            "half of the steps of its table's phase are larger than {step:.1} rad: such steps cannot distinguish a delay from one that is {:.2} ms longer or \
+             shorter, nor the convention exp(i omega t), which is assumed, from exp(-i omega t); give finer frequencies",
             1e3 * other
         ),
         Doubt::Rises { rise } => format!(

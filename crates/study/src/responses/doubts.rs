@@ -173,8 +173,8 @@ pub(super) fn early(rows: &Rows) -> Option<String> {
     if told && step.abs() >= 0.5 * PI && n > 1.0 {
         let width = (rows.frequency_hz[rows.values.len() - 1] - rows.frequency_hz[0]) / n;
         return Some(format!(
-            "the phase {} by {:.1} rad from frequency to frequency: such steps cannot tell a delay from one that is {:.2} ms longer or shorter, nor \
-             numbers that vary as exp(i omega t), which are taken, from those for exp(-i omega t); give finer frequencies, or a prior that knows the delay",
+            "the phase {} by {:.1} rad from frequency to frequency: such steps cannot distinguish a delay from one that is {:.2} ms longer or shorter, \
+             nor the convention exp(i omega t), which is assumed, from exp(-i omega t); give finer frequencies, or a narrower prior of the delay",
             if step > 0.0 { "rises" } else { "falls" },
             step.abs(),
             1e3 / width

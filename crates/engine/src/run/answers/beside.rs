@@ -62,8 +62,9 @@ pub fn residuals_over_factors(factors: &[Factor], stage: &StageRecord) -> Option
     (!panels.is_empty()).then(|| Answer {
         id: format!("{}-residuals", stage.id),
         title: format!("{}: residuals over every factor", stage.title),
-        caption: "What was measured less what all other points foresee, in standard deviations of that."
-            .to_owned(),
+        caption:
+            "What was measured less what all other points predict, in standard deviations of this prediction."
+                .to_owned(),
         parameters: Vec::new(),
         frames: vec![Frame { columns: columns.clone(), rows: rows.clone() }],
         panels,

@@ -81,7 +81,7 @@ pub fn microphones(
         ((0..names.len()).collect(), (0..names.len()).filter(|m| *m != reference).collect());
     let now: Vec<usize> = others.iter().copied().filter(|m| heard.contains(m)).collect();
     let Some(&second) = now.first() else {
-        let text = "it was trained without mode shapes, so nothing is known of the errors of its microphones; write relative pressures into \
+        let text = "it was trained without mode shapes, so the errors of its microphones are not known; write relative pressures into \
                     observations/modes.csv, as p2_re, p2_re_sd, p2_im, p2_im_sd, and rank it again";
         return Err(nothing(text.into()));
     };

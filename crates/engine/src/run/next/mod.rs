@@ -139,8 +139,7 @@ fn measured_once(model: &SavedModel) -> Result<(), EngineError> {
     if !model.trained_on.is_empty() {
         return Ok(());
     }
-    let reason = "no mode was measured at its points, so that nothing says how far a measurement scatters about the model; measure one \
-                  point first";
+    let reason = "no mode was measured at its points, so the scatter of measurements about the model is not known; measure one point first";
     Err(EngineError::NothingToMeasure { stage: model.stage.clone(), reason: reason.into() })
 }
 

@@ -42,5 +42,8 @@ fn message_exchanged_and_halved_columns_are_named() {
     let exchanged = said("columns-exchanged", |[x, y]| [y, x]);
     assert!(exchanged.contains("if the columns `x` and `y` of the campaign are exchanged"), "{exchanged}");
     let halved = said("columns-halved", |[x, y]| [x, 0.5 * y]);
-    assert!(halved.contains("if all numbers of the column `y` of the campaign are times 2"), "{halved}");
+    assert!(
+        halved.contains("if all numbers of the column `y` of the campaign are multiplied by 2"),
+        "{halved}"
+    );
 }

@@ -42,7 +42,7 @@ fn message_a_part_without_a_law_is_said_where_it_is_there() {
     let mut saved = run.saved("s").unwrap();
     saved.trained_on.retain(|id| id == "b");
     let said: Vec<String> = beyond(&study, &saved.trained_on, &[0], &[]).iter().map(Beyond::words).collect();
-    assert!(said.iter().any(|s| s.starts_with("a: gauze is there (g = 1), and was at no point")), "{said:?}");
+    assert!(said.iter().any(|s| s.starts_with("a: gauze is present (g = 1) but was absent")), "{said:?}");
 }
 
 /// An end that the rig leaves free reflects what a candidate says, and a stage without one has no models.

@@ -324,7 +324,7 @@ fn behaviour_a_point_whose_gas_is_not_known_is_left_out_and_said() {
     std::fs::remove_file(folder.0.join("base/states.json")).unwrap();
     let refused = Run::new(study, &observations, Trusted::Laplace).err().unwrap().to_string();
     assert!(
-        refused.contains("base/states.json has no state of it. `rijke flow DIR --out DIR/base` makes it"),
+        refused.contains("base/states.json has no state of it. `rijke flow DIR --out DIR/base` infers it"),
         "{refused}"
     );
 }
