@@ -1,10 +1,12 @@
 //! Several modes of a record that begins with a blow: a tube that was struck, and rings until it is silent.
 
-use crate::Fault;
+use crate::ping::Excesses;
 use crate::random::live_length;
 use crate::repeats::{Repeats, combine, pool};
 use crate::ringdown::pencil::{Decimated, poles};
 use crate::ringdown::{Component, Kind, SETTLING, Solution, White, energies, solve};
+use crate::trace::clipped;
+use crate::{Fault, Mishap};
 use rijke_numerics::{C64, Matrix, median};
 use std::f64::consts::TAU;
 
@@ -33,8 +35,12 @@ pub struct BlowFit {
 pub struct BlowMode {
     /// Growth rate and angular frequency, 1/s.
     pub s: C64,
-    /// Covariance of the two.
+    /// Covariance of the two. Where the damping depends on the amplitude, it holds the square of what that
+    /// moves the growth rate by.
     pub covariance: Matrix,
+    /// By how much the damping at the begin of the stretch exceeds that at small amplitude, as a share of it,
+    /// and its standard deviation, where that is more than noise.
+    pub excess: Option<[f64; 2]>,
 }
 
 /// What several records of like blows tell together.
@@ -57,6 +63,8 @@ const BLOCKS_BEFORE: usize = 20;
 /// error.
 const LATER: f64 = 0.01;
 const STARTS: usize = 3;
+/// The first half of the stretch is louder than the second, in power, by so many deviations of white noise.
+const LOUDER: f64 = 5.0;
 /// A mode is one that was wanted if it is so near, relatively.
 const NEAR: f64 = 0.04;
 
@@ -67,8 +75,9 @@ const NEAR: f64 = 0.04;
 /// # Errors
 /// [`Fault::Options`]; [`Fault::UnequalChannels`]; [`Fault::NotFinite`]; [`Fault::DeadChannel`] for a channel
 /// of a single value;
-/// [`Fault::TooShort`] where the record or the stretch before another blow is too short; faults of the fits,
-/// if none of them succeeds.
+/// [`Fault::TooShort`] where the record or the stretch before another blow is too short; [`Fault::Clipped`] for
+/// flat tops in the stretch; [`Mishap::NoBlow`] where it does not decay; faults
+/// of the fits, if none of them succeeds.
 pub fn fit_blow(channels: &[Vec<f64>], rate_hz: f64, options: &BlowOptions) -> Result<BlowFit, Fault> {
     let positive = |v: f64| v.is_finite() && v > 0.0;
     if !(positive(rate_hz) && positive(options.highest_hz)) {
@@ -100,6 +109,10 @@ pub fn fit_blow(channels: &[Vec<f64>], rate_hz: f64, options: &BlowOptions) -> R
             need: sample(options.stretch_s[1]),
         });
     }
+    let stretch: Vec<Vec<f64>> = own.iter().map(|c| c[begin..end].to_vec()).collect();
+    if let Some(fault) = clipped(&stretch) {
+        return Err(fault);
+    }
     let factor = ((0.4 * rate_hz / options.highest_hz).floor() as usize).max(1);
     let mut found: Vec<Vec<BlowMode>> = vec![Vec::new(); options.near_hz.len()];
     let mut failed = None;
@@ -107,7 +120,12 @@ pub fn fit_blow(channels: &[Vec<f64>], rate_hz: f64, options: &BlowOptions) -> R
         let begin = sample(from + LATER * start as f64).min(end);
         let samples: Vec<f64> = (begin..end).flat_map(|n| own.iter().map(move |c| c[n])).collect();
         let white = White { samples: &samples, channels: own.len(), step: 1.0 / rate_hz };
-        match fitted(&Decimated::new(white, factor), options) {
+        let data = Decimated::new(white, factor);
+        if start == 0 && !decays(data.white()) {
+            let seconds = [first + from, first + to];
+            return Err(Mishap::NoBlow { seconds, highest_hz: options.highest_hz }.into());
+        }
+        match fitted(&data, options) {
             Ok(modes) => {
                 for (list, mode) in found.iter_mut().zip(modes) {
                     list.extend(mode);
@@ -141,8 +159,31 @@ pub fn combine_blows(fits: &[BlowFit]) -> CombinedBlows {
     };
     let mut found: Vec<Option<Repeats>> = (0..count).map(&mut of).collect();
     pool(&mut found.iter_mut().flatten().collect::<Vec<_>>());
-    let mode = |r: Repeats| BlowMode { s: C64::new(r.mean[0], r.mean[1]), covariance: r.covariance };
-    CombinedBlows { modes: found.into_iter().map(|r| r.map(mode)).collect(), outliers }
+    let mode = |(k, r): (usize, Option<Repeats>)| {
+        let Repeats { mean, covariance, .. } = r?;
+        let modes = fits.iter().filter_map(|fit| fit.modes.get(k)?.as_ref());
+        Some(BlowMode { s: C64::new(mean[0], mean[1]), covariance, excess: clearest(modes) })
+    };
+    CombinedBlows { modes: found.into_iter().enumerate().map(mode).collect(), outliers }
+}
+
+/// The excess of damping that is clearest among those of several fits of a mode.
+fn clearest<'a>(modes: impl Iterator<Item = &'a BlowMode>) -> Option<[f64; 2]> {
+    let clear = |[share, sd]: &[f64; 2]| (share / sd).abs();
+    modes.filter_map(|m| m.excess).max_by(|a, b| clear(a).total_cmp(&clear(b)))
+}
+
+/// Whether the first half of a stretch is louder than the second.
+fn decays(stretch: White<'_>) -> bool {
+    let half = stretch.rows() / 2;
+    let power = |from: usize| {
+        let part = stretch.slice(from, from + half).samples;
+        part.iter().map(|v| v * v).sum::<f64>()
+    };
+    // Decimated noise has some 0.8 independent numbers per sample; the ratio of two powers varies by sqrt(2)
+    // times what one does.
+    let freedom = 0.8 * (half * stretch.channels) as f64;
+    power(0) > power(half) * (1.0 + LOUDER * 2.0 / freedom.sqrt())
 }
 
 /// The mean of at least two fits of one record from different starts, weighted by the errors of their
@@ -163,7 +204,7 @@ fn together(all: &[BlowMode]) -> Option<BlowMode> {
         };
         all.iter().zip(&weights).map(one).sum::<f64>() / whole
     });
-    Some(BlowMode { s: mean, covariance })
+    Some(BlowMode { s: mean, covariance, excess: clearest(all.iter()) })
 }
 
 /// Where blows begin, s.
@@ -217,14 +258,21 @@ fn fitted(data: &Decimated, options: &BlowOptions) -> Result<Vec<Option<BlowMode
         components.remove(weakest);
     };
     let (strength, variance) = (solution.energies()?, solution.variance());
+    let left = solution.residuals(data.white(), 0.0);
     let wanted = |near: &f64| {
         let is_near = |k: &usize| (solution.components[*k].s.im / (TAU * near) - 1.0).abs() < NEAR;
         let k = (0..solution.components.len())
             .filter(is_near)
             .max_by(|a, b| strength[*a].total_cmp(&strength[*b]))?;
         let whole = solution.mode_covariance(k);
-        let covariance = Matrix::from_fn(2, 2, |i, j| variance * whole[(i, j)]);
-        Some(BlowMode { s: solution.components[k].s, covariance })
+        let mut covariance = Matrix::from_fn(2, 2, |i, j| variance * whole[(i, j)]);
+        let excess = Excesses::left_by(&solution.led_by(k), &left, data.white().step);
+        let excess = Some(excess).filter(Excesses::is_significant);
+        if let Some(excess) = &excess {
+            covariance[(0, 0)] += excess.shift_of(excess).powi(2);
+        }
+        let excess = excess.map(|x| [x.likelier().share, x.likelier().sd]);
+        Some(BlowMode { s: solution.components[k].s, covariance, excess })
     };
     Ok(options.near_hz.iter().map(wanted).collect())
 }

@@ -26,6 +26,32 @@ pub enum Mishap {
         /// Begin of the decay, s.
         from: f64,
     },
+    /// What should ring after a blow does not become quieter.
+    #[error(
+        "from {:.3} to {:.3} s the record does not become quieter below {highest_hz:.0} Hz, as what was struck does: it is noise, a tone that goes on, or not \
+         the time after the blow. Look for the blow in the record, and state `stretch_s` after it",
+        seconds[0], seconds[1]
+    )]
+    NoBlow {
+        /// The stretch that was looked at, s.
+        seconds: [f64; 2],
+        /// The highest frequency that was looked at, Hz.
+        highest_hz: f64,
+    },
+    /// The decay jumps by little.
+    #[error(
+        "the decay jumps at {at:.3} s: from then on its amplitude is {:+.2} % and its phase {degrees:+.2} degrees away from what it is before, at once and in all \
+         channels. Neither a drift of the gas nor damping does that: the rig was struck, the loudspeaker acted again, or samples are missing there",
+        100.0 * (factor - 1.0)
+    )]
+    Jumps {
+        /// When, s.
+        at: f64,
+        /// The amplitude behind it over what it would be.
+        factor: f64,
+        /// By how much the phase advances, degrees.
+        degrees: f64,
+    },
     /// The acquisition lost samples, or repeated some, in the decay.
     #[error("{}", lost(*at, *samples, *seconds, *frequency_hz))]
     LostSamples {

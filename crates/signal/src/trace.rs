@@ -181,7 +181,7 @@ impl Trace<'_> {
         if !repeats && high < limit && low > -limit {
             return Ok(());
         }
-        let (mut at_limit, mut at_extreme) = (0, [0, 0]);
+        let mut at_limit = 0;
         let (mut run, mut run_start) = (1, 0);
         for (n, &y) in samples.iter().enumerate() {
             at_limit += usize::from(y.abs() >= limit);
@@ -189,9 +189,6 @@ impl Trace<'_> {
                 run += 1;
             } else {
                 (run, run_start) = (1, n);
-            }
-            if run == FLAT_TOP && (y == low || y == high) {
-                at_extreme[usize::from(y == high)] += 1;
             }
             if run == DROPOUT && span < SILENCE * median {
                 return Err(Fault::DeadChannel { channel: channel.into(), span, median });
@@ -212,19 +209,39 @@ impl Trace<'_> {
                 level: self.full_scale,
             });
         }
-        for (tops, level) in at_extreme.into_iter().zip([low, high]) {
-            let step = if tops > 0 { step(samples) } else { 0.0 };
-            let beside = if level == low { low + step } else { high - step };
-            if tops > 0 {
-                let count = samples.iter().filter(|&&y| y == level).count();
-                if count < PILED * samples.iter().filter(|&&y| (y - beside).abs() < 0.5 * step).count() {
-                    continue;
-                }
-                return Err(Fault::Clipped { channel: channel.into(), samples: count, level });
-            }
+        if let Some((samples, level)) = flat_top(samples, low, high) {
+            return Err(Fault::Clipped { channel: channel.into(), samples, level });
         }
         Ok(())
     }
+}
+
+/// How many samples sit at an extreme value of a channel whose tops are flat, and the value.
+fn flat_top(samples: &[f64], low: f64, high: f64) -> Option<(usize, f64)> {
+    [low, high].into_iter().find_map(|level| {
+        let mut run = 0;
+        let tops = samples.iter().any(|y| {
+            run = if *y == level { run + 1 } else { 0 };
+            run == FLAT_TOP
+        });
+        if !tops {
+            return None;
+        }
+        let step = step(samples);
+        let beside = if level == low { low + step } else { high - step };
+        let count = samples.iter().filter(|&&y| y == level).count();
+        let near = samples.iter().filter(|&&y| (y - beside).abs() < 0.5 * step).count();
+        (count >= PILED * near).then_some((count, level))
+    })
+}
+
+/// The first channel whose tops are flat, as those of a channel that reached its limit.
+pub(crate) fn clipped(channels: &[Vec<f64>]) -> Option<Fault> {
+    channels.iter().enumerate().find_map(|(channel, samples)| {
+        let Extremes { low, high, .. } = run(Look(samples));
+        let (samples, level) = flat_top(samples, low, high)?;
+        Some(Fault::Clipped { channel: channel.into(), samples, level })
+    })
 }
 
 /// The polynomial of least squares through a channel, of the degree that a drifting offset has. Sound has

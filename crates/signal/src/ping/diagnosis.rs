@@ -8,7 +8,7 @@ use super::options::PingOptions;
 use super::search::{Search, floor};
 use super::verdict::{loudness, phasors, tones};
 use crate::ringdown::{Component, Kind, SEARCHING, Solution, White, glance, solve};
-use crate::{Fault, Trace};
+use crate::{Fault, Mishap, Trace};
 use rijke_numerics::C64;
 use std::f64::consts::TAU;
 
@@ -106,7 +106,7 @@ pub(crate) fn is_doubtful(fault: &Fault) -> bool {
             | Fault::NotFree { .. }
             | Fault::StillDriven { .. }
             | Fault::NotDecaying(_)
-            | Fault::Mishap(crate::Mishap::Louder { .. })
+            | Fault::Mishap(Mishap::Louder { .. } | Mishap::Jumps { .. })
             | Fault::Unstable(crate::Unstable::GoesOn { .. })
             | Fault::NotConverged { .. }
             | Fault::Singular(_)

@@ -7,6 +7,7 @@
 //! Ann. Statist. 6 (1978) 461).
 
 use super::excess::Excesses;
+use super::jump::{self, Jump, Smooth};
 use super::ringing::Ringing;
 use crate::ringdown::{Component, Kind, Law, Solution, White, glance};
 use rijke_numerics::C64;
@@ -25,6 +26,9 @@ const PROMISE: f64 = 0.5;
 /// than the first guess tells them apart in the part of the record that it sees.
 const SPLIT_HZ: [f64; 4] = [-2.0, -0.8, 0.8, 2.0];
 
+/// What a jump takes: its size, its phase and its moment.
+const NUMBERS: usize = 3;
+
 /// Deviations of what free numbers explain by chance beyond which a second mode explains more.
 const CHANCE: f64 = 5.0;
 
@@ -38,12 +42,15 @@ pub(super) fn is_doubtful(found: &Solution, noise: f64) -> bool {
 /// The fairest fit of `white`, whose noise has the given variance and may ring the mode: `found`, or one
 /// that `fit` makes of other components. And, beside a fit by one mode that changes, one by two close modes
 /// which explains so much more that chance does not, though not what its many numbers cost.
+///
+/// # Errors
+/// A jump of a fit by one mode that explains more than all of them, and that fit.
 pub(super) fn fairest(
     white: White<'_>,
     (noise, ringing): (f64, Ringing),
     found: Solution,
     fit: &dyn Fn(Vec<Component>) -> Option<Solution>,
-) -> (Solution, Option<Solution>) {
+) -> Result<(Solution, Option<Solution>), (Jump, Solution)> {
     let with = |list: &[Component], chirp: Option<f64>, excess: Option<(f64, Law)>, close: bool| {
         let far = |(k, c): &(usize, &Component)| *k == 0 || close || !is_close(c, &list[0]);
         let mut list: Vec<Component> = list.iter().enumerate().filter(far).map(|(_, c)| *c).collect();
@@ -97,6 +104,13 @@ pub(super) fn fairest(
     };
     let pair = |s: &&Solution| has_close_neighbour(&s.components) && !s.components[0].is_curved();
     let pair = others.iter().filter(pair).min_by(|a, b| a.residual.total_cmp(&b.residual)).cloned();
+    let plain = |s: &&Solution| !has_close_neighbour(&s.components) && !s.components[0].is_curved();
+    let plain = std::iter::once(&found).chain(&others).filter(plain);
+    let plain = plain.min_by(|a, b| a.residual.total_cmp(&b.residual)).filter(|_| !ringing.is_some());
+    let jumped = plain.and_then(|plain| {
+        let jump = Jump::of(plain, &plain.residuals(white, 0.0), white.step, Smooth::Fitted)?;
+        Some((jump, plain.clone()))
+    });
     let best =
         others.into_iter().fold(found, |best, next| if cost(&next) < cost(&best) { next } else { best });
     let explains = |pair: &Solution| {
@@ -105,8 +119,14 @@ pub(super) fn fairest(
         gain > more + CHANCE * (2.0 * more.max(0.0)).sqrt()
     };
     let alone = best.components[0].is_curved() && !has_close_neighbour(&best.components);
+    if let Some((jump, plain)) = jumped {
+        let left = (plain.residual - jump.gain) / least + samples * (plain.numbers() + NUMBERS) as f64;
+        if jump.gain > jump::CLEAR * least && left + jump::BETTER < cost(&best) {
+            return Err((jump, plain));
+        }
+    }
     let rival = pair.filter(|pair| alone && explains(pair));
-    (best, rival)
+    Ok((best, rival))
 }
 
 /// The components with two modes in the place of the first one: the pair of which one step promises most.

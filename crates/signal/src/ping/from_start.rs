@@ -8,6 +8,7 @@ use super::excess::Excesses;
 use super::fairest::{self, has_close_neighbour};
 use super::forcing::Change;
 use super::judged::Fitted;
+use super::jump::Jump;
 use super::options::PingOptions;
 use super::power;
 use super::rest::{Disagreement, at_rest};
@@ -127,13 +128,18 @@ pub(super) fn fit_whitened(
     let is_curved = Drift::left_by(&solution, inside, step).is_significant()
         || Excesses::left_by(&solution, inside, step).is_significant();
     let mut rival = None;
+    let jumps = |(jump, plain): (Jump, Solution)| {
+        let at = (quiet + order + from + jump.row) as f64 * step;
+        jump.fault(plain.components[0].s, at, step, plain.variance().min(noise))
+    };
     let fit = |components| search.solve(part, early(from), components, SETTLING).ok();
     if fairest::is_doubtful(&solution, noise) || is_curved {
-        (solution, rival) = fairest::fairest(part, (noise, ringing), solution, &fit);
+        (solution, rival) = fairest::fairest(part, (noise, ringing), solution, &fit).map_err(jumps)?;
         left = rest(from, &solution);
     } else if solution.components[0].is_curved() {
         // What the first part of the decay took for a curve may be two modes in the whole of it.
-        let (found, other) = fairest::fairest(part, (noise, ringing), solution.clone(), &fit);
+        let (found, other) =
+            fairest::fairest(part, (noise, ringing), solution.clone(), &fit).map_err(jumps)?;
         rival = if has_close_neighbour(&found.components) { Some(found) } else { other };
     }
     if search.ringing.is_some() {

@@ -5,6 +5,7 @@ use super::chirp::Drift;
 use super::excess::{Excess, Excesses};
 use super::forcing::Change;
 use super::found::PingFit;
+use super::jump::{self, Jump, Smooth};
 use super::options::PingOptions;
 use super::power;
 use super::relative::relative;
@@ -157,6 +158,10 @@ impl Fitted {
         let (white, amplitudes_now, step) = (white_amplitudes, &amplitudes, self.step);
         let wave = &self.solution.wave(to - from, step);
         Decay { s, white, amplitudes: amplitudes_now, whiten, left, step, wave, variance }.check()?;
+        let jump = Jump::of(&self.solution, left, step, Smooth::Cubic);
+        if let Some(jump) = jump.filter(|jump| narrow.is_none() && jump.gain > jump::CLEAR * variance) {
+            return Err(jump.fault(s, at(from + jump.row), step, variance));
+        }
         let covariance = self.solution.mode_covariance(0);
         let mut ping =
             relative(s, &amplitudes, options.reference, &unwhiten, &log_slopes, &covariance, variance);

@@ -14,6 +14,7 @@ mod found;
 mod from_start;
 mod heard;
 mod judged;
+mod jump;
 mod learnt;
 mod lines;
 mod lost;

@@ -84,7 +84,9 @@ impl Search<'_> {
             return found;
         }
         let fit = |components| self.settled(decimated, components).ok();
-        fairest::fairest(white, (noise, self.ringing), found, &fit).0
+        // A jump is no mode.
+        fairest::fairest(white, (noise, self.ringing), found, &fit)
+            .map_or_else(|(_, plain)| plain, |(fair, _)| fair)
     }
 
     /// Fits `white` by the given components, without the weakest neighbours of the first one if the record

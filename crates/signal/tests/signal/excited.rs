@@ -4,8 +4,8 @@ use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 use rijke_numerics::{C64, Matrix, Stream, Streams};
 use rijke_signal::{
-    BlowFit, BlowMode, BlowOptions, Channel, Fault, LossBand, RelativePressures, Spectra, SwitchedDoubt,
-    SwitchedFault, SwitchedGains, TransmissionTube, TubeErrors, combine_blows, fit_blow,
+    BlowFit, BlowMode, BlowOptions, Channel, Fault, LossBand, Mishap, RelativePressures, Spectra,
+    SwitchedDoubt, SwitchedFault, SwitchedGains, TransmissionTube, TubeErrors, combine_blows, fit_blow,
 };
 use std::f64::consts::{PI, TAU};
 
@@ -324,7 +324,7 @@ fn exact_means_of_blows_count_noise_once() {
     // Twelve records whose modes scatter as their fits say: the variance of the mean is a twelfth of that.
     let mut stream = Streams::new(3).stream("means");
     let covariance = Matrix::diagonal(&[4.0, 9.0]);
-    let mode = |s: C64| BlowMode { s, covariance: covariance.clone() };
+    let mode = |s: C64| BlowMode { s, covariance: covariance.clone(), excess: None };
     let mut fits: Vec<BlowFit> = (0..12)
         .map(|_| {
             let modes = (0..20).map(|k| {
@@ -353,6 +353,47 @@ fn exact_means_of_blows_count_noise_once() {
     let one = combine_blows(&fits[..1]);
     assert!(one.modes[3].is_none() && one.modes[4].as_ref().unwrap().covariance == covariance);
     assert!(combine_blows(&[]).modes.is_empty());
+}
+
+#[test]
+fn behaviour_what_does_not_become_quieter_is_no_blow() {
+    let options =
+        BlowOptions { stretch_s: [0.03, 0.5], highest_hz: 620.0, near_hz: vec![104.0, 313.0, 524.0] };
+    for seed in 0..60 {
+        let mut stream = Streams::new(seed).stream("noise");
+        let noise = |stream: &mut Stream| (0..9600).map(|_| normal(stream)).collect::<Vec<f64>>();
+        let channels: Vec<Vec<f64>> = (0..3).map(|_| noise(&mut stream)).collect();
+        let said = fit_blow(&channels, 16_000.0, &options).unwrap_err();
+        assert!(matches!(said, Fault::Mishap(Mishap::NoBlow { .. })), "{seed}: {said}");
+    }
+}
+
+#[test]
+fn behaviour_damping_of_a_blow_that_depends_on_the_amplitude_widens_its_error() {
+    let options = BlowOptions { stretch_s: [0.03, 0.5], highest_hz: 620.0, near_hz: vec![313.0] };
+    let (mut pulls, mut said) = (0.0, 0);
+    for seed in 0..10 {
+        let mut stream = Streams::new(seed).stream("bent");
+        let phase = TAU * normal(&mut stream);
+        let ring = |n: i32, stream: &mut Stream| {
+            let t = f64::from(n) / 16_000.0 - 0.05;
+            let envelope = 5.0 * (-9.0 * t).exp() / (1.0 + 0.3 * (1.0 - (-9.0 * t).exp()));
+            let sound = if t < 0.0 { 0.0 } else { envelope * (TAU * 313.0 * t + phase).cos() };
+            let blow = if (0.0..0.004).contains(&t) { 20.0 * normal(stream) } else { 0.0 };
+            sound + blow + 0.01 * normal(stream)
+        };
+        let channel: Vec<f64> = (0..9600).map(|n| ring(n, &mut stream)).collect();
+        let found = fit_blow(&[channel.clone()], 16_000.0, &options).unwrap();
+        let mode = found.modes[0].as_ref().unwrap();
+        said += u32::from(mode.excess.is_some_and(|[share, _]| share > 0.0));
+        pulls += (mode.s.re + 9.0).powi(2) / mode.covariance[(0, 0)];
+        // A channel that reaches its limit while it rings is no decay.
+        let clipped: Vec<f64> = channel.iter().map(|v| v.clamp(-2.0, 2.0)).collect();
+        let fault = fit_blow(&[clipped], 16_000.0, &options).unwrap_err();
+        assert!(matches!(fault, Fault::Clipped { .. }), "{fault}");
+    }
+    let rms = (pulls / 10.0_f64).sqrt();
+    assert!(said == 10 && rms < 1.5, "{said} of 10, rms {rms}");
 }
 
 #[test]
