@@ -146,12 +146,20 @@ impl Posterior<'_> {
         near: Approach,
         left: impl Fn(Calls) -> TrustRegion + Copy,
     ) -> Result<Fit, InferenceError> {
-        let Approach { z, small, mut calls, .. } = near;
-        if let Some(fit) = self.without(small, &z, left, &mut calls)? {
-            return Ok(fit);
-        }
+        let Approach { z, small, mut calls, cost, .. } = near;
+        let without = self.without(small, &z, left, &mut calls)?;
+        // Where measured errors differ much, parameters that follow the most precise data need no noise, and
+        // yet may be far less probable than others that do.
+        let without = match without {
+            Some(fit) if fit.cost <= cost => return Ok(fit),
+            other => other,
+        };
         let fit = self.map_from(&z, &left(calls))?;
         calls = calls.plus(fit.calls);
+        if let Some(without) = without {
+            let better = fit.stop.converged() && fit.cost < without.cost;
+            return Ok(Fit { calls, ..if better { fit } else { without } });
+        }
         if !fit.stop.converged() {
             // Other noises may explain the residuals of one as well, which then runs to nothing.
             let vanished = self.vanished(&fit.working);

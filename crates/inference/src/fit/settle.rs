@@ -22,17 +22,55 @@ const NEGLIGIBLE: f64 = 1e-3;
 /// The share of it that adds nothing to rounding.
 const NOTHING: f64 = 1e-16;
 
-/// Residuals of data over the size of a noise in them: the sum of their squares and that of the measured
-/// variances, the lowest of these, and their number.
+/// Residuals of data over the size of a noise in them.
 struct Residuals {
-    squares: f64,
-    floor: f64,
-    lowest: f64,
-    count: f64,
+    /// Square of each, and its measured variance.
+    each: Vec<[f64; 2]>,
 }
+
+/// Relative error of the variance with which a noise starts.
+const CLOSE: f64 = 1e-6;
 
 /// Squares of residuals over the measured variances that leave something for a noise.
 const BEYOND: f64 = 1.5;
+
+impl Residuals {
+    fn squares(&self) -> f64 {
+        self.each.iter().map(|[square, _]| square).sum()
+    }
+
+    /// The lowest measured variance; infinite without data.
+    fn lowest(&self) -> f64 {
+        self.each.iter().map(|[_, floor]| *floor).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Their squares over their variances, with a noise of such a variance, over their number: 1 where they
+    /// are as large as that.
+    fn over(&self, variance: f64) -> f64 {
+        let of = |[square, floor]: &[f64; 2]| {
+            if *square > 0.0 { square / (floor + variance) } else { 0.0 }
+        };
+        self.each.iter().map(of).sum::<f64>() / self.each.len().max(1) as f64
+    }
+
+    /// The variance of a noise with which they are as large as they should be (Paule and Mandel, J. Res. Natl.
+    /// Bur. Stand. 87 (1982) 377): where measured errors are unequal, the sum of their squares is that of the
+    /// least precise data. No less than a hundredth of the mean of their squares.
+    fn noise(&self) -> f64 {
+        let mean = self.squares() / self.each.len().max(1) as f64;
+        let least = 0.01 * mean;
+        if !mean.is_finite() || self.over(least) <= 1.0 {
+            return least;
+        }
+        // One at least a hundredth of the mean of squares, and at most their sum.
+        let (mut low, mut high) = (least, self.squares());
+        while high > low * (1.0 + CLOSE) {
+            let middle = low.sqrt() * high.sqrt();
+            if self.over(middle) > 1.0 { low = middle } else { high = middle }
+        }
+        high
+    }
+}
 
 impl Settled {
     /// So far below the lowest variance of the floor that C is the floor to rounding, yet d/dt can still be
@@ -101,20 +139,20 @@ impl Posterior<'_> {
         }
     }
 
-    /// Sets each floated (not inferred) noise to the root mean square of its residuals, less the floor, and
-    /// says which of them the floor explains. A noise without residuals is left alone.
+    /// Sets each floated (not inferred) noise to what its residuals have beyond the floor, and says which of
+    /// them the floor explains. A noise without residuals is left alone.
     pub(crate) fn settle_noise(&self, z: &mut [f64], predicted: &[f64]) -> Vec<Settled> {
         let mut found = Vec::new();
         for (k, &g) in self.floating().iter().enumerate() {
             if let NoiseMode::Inferred { .. } = self.data().groups()[g].mode {
                 continue;
             }
-            let Residuals { squares, floor, lowest, count } = self.residuals_of(g, predicted);
-            if squares > 0.0 {
-                let excess = (squares - floor).max(0.01 * squares) / count;
-                z[self.parameters().len() + k] = 0.5 * excess.ln();
+            let residuals = self.residuals_of(g, predicted);
+            if residuals.squares() > 0.0 {
+                z[self.parameters().len() + k] = 0.5 * residuals.noise().ln();
             }
-            if lowest > 0.0 && squares < 2.0 * floor {
+            let lowest = residuals.lowest();
+            if lowest > 0.0 && lowest.is_finite() && residuals.over(0.0) < 2.0 {
                 found.push(Settled::at(self.parameters().len() + k, lowest));
             }
         }
@@ -127,10 +165,13 @@ impl Posterior<'_> {
     pub(crate) fn raise_noise(&self, z: &mut [f64], predicted: &[f64]) -> bool {
         let (p, mut raised) = (self.parameters().len(), false);
         for (k, &g) in self.floating().iter().enumerate() {
-            let Residuals { squares, floor, count, .. } = self.residuals_of(g, predicted);
-            let excess = 0.5 * ((squares - floor) / count).ln();
+            let residuals = self.residuals_of(g, predicted);
             let inferred = matches!(self.data().groups()[g].mode, NoiseMode::Inferred { .. });
-            if inferred && squares > BEYOND * floor && z[p + k] < excess - REACH {
+            if !(inferred && residuals.over(0.0) > BEYOND) {
+                continue;
+            }
+            let excess = 0.5 * residuals.noise().ln();
+            if z[p + k] < excess - REACH {
                 z[p + k] = excess;
                 raised = true;
             }
@@ -140,22 +181,19 @@ impl Posterior<'_> {
 
     /// What a prediction leaves of the data that have a noise.
     fn residuals_of(&self, group: usize, predicted: &[f64]) -> Residuals {
-        let mut all = Residuals { squares: 0.0, floor: 0.0, lowest: f64::INFINITY, count: 0.0 };
+        let mut each = Vec::new();
         let mut first = 0;
         for observation in self.data().observations() {
             for (_, s) in observation.noise.iter().filter(|(h, _)| *h == group) {
                 for i in (0..observation.values.len()).filter(|&i| s[(i, i)] > 0.0) {
                     let r = predicted[first + i] - observation.values[i];
                     let known = observation.floor.as_ref().map_or(0.0, |f| f[(i, i)]) / s[(i, i)];
-                    all.squares += r * r / s[(i, i)];
-                    all.floor += known;
-                    all.lowest = all.lowest.min(known);
-                    all.count += 1.0;
+                    each.push([r * r / s[(i, i)], known]);
                 }
             }
             first += observation.values.len();
         }
-        all
+        Residuals { each }
     }
 
     /// The floated noises that have become negligible everywhere beside the floor and the other noises.
