@@ -1,5 +1,6 @@
 //! A network in the making.
 
+use super::hear::Listener;
 use super::item::Item;
 use super::schema::Gas;
 use super::warning::Warning;
@@ -59,7 +60,10 @@ pub(super) struct Assembly<'a> {
     pub(super) owners: Vec<usize>,
     pub(super) laws: LawSet,
     pub(super) attach: Vec<Attached>,
+    /// Numbers of laws of wall losses.
+    pub(super) of_walls: Vec<usize>,
     pub(super) flames: Vec<Flame>,
+    pub(super) listeners: Vec<Listener>,
     /// Place and loss coefficient of screens.
     pub(super) screens: Vec<(usize, f64)>,
     pub(super) places: Vec<(usize, String)>,

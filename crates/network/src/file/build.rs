@@ -11,6 +11,7 @@ use super::schema::{Element, File, Gas};
 use super::sizes::Sizes;
 use super::spread::{Along, Spread};
 use super::warning::Warning;
+use crate::chain::coefficients::Coefficients;
 use crate::chain::network::Network;
 use crate::flow_chain::{FlowChain, FlowEnd};
 use crate::laws::{LawSet, Table};
@@ -87,7 +88,9 @@ pub(super) fn build(text: &str, file: &File, reading: Reading<'_>) -> Result<Bui
         owners: Vec::new(),
         laws: LawSet::default(),
         attach: Vec::new(),
+        of_walls: Vec::new(),
         flames: Vec::new(),
+        listeners: Vec::new(),
         screens: Vec::new(),
         places: Vec::new(),
         devices: Vec::new(),
@@ -113,6 +116,7 @@ pub(super) fn build(text: &str, file: &File, reading: Reading<'_>) -> Result<Bui
     for (owner, duct) in placed.iter().enumerate().filter(|(_, p)| p.is_duct()) {
         assembly.duct(owner, duct, &cuts, SAME * length)?;
     }
+    assembly.of_walls = (0..assembly.laws.laws()).collect();
     let (plane_below_hz, wide_or_narrow) = assembly.ducts_in_range(&sizes, &placed);
     assembly.warnings.extend(wide_or_narrow);
     let place_of = |x: f64| {
@@ -162,18 +166,20 @@ pub(super) fn build(text: &str, file: &File, reading: Reading<'_>) -> Result<Bui
         });
         chain.with_ends(closed.collect::<Vec<_>>().try_into().unwrap_or([FlowEnd::Choked, FlowEnd::Choked]))
     });
-    let actor = |(name, _): &(String, _)| {
-        let device =
-            assembly.devices.iter().position(|d| name.strip_prefix(&d.1).is_some_and(|r| r.starts_with(':')));
-        device.map_or_else(|| "lumped wall losses".to_owned(), |k| assembly.places[k].1.clone())
-    };
-    let actors = assembly.laws.laws.iter().map(actor).collect();
-    let mut network = Network::new(assembly.segments)?;
-    for Attached { slot, law, weight, .. } in assembly.attach {
+    let mut network = Network::new(std::mem::take(&mut assembly.segments))?;
+    for Attached { slot, law, weight, .. } in std::mem::take(&mut assembly.attach) {
         network.attach(slot, law, weight)?;
     }
     network.attach(Slot::Upstream, ends[0].0, 1.0)?;
     network.attach(Slot::Downstream, ends[1].0, 1.0)?;
+    assembly.listen(&mut network)?;
+    let actor = |law: usize| {
+        let name = assembly.laws.name(law);
+        let device =
+            assembly.devices.iter().position(|d| name.strip_prefix(&d.1).is_some_and(|r| r.starts_with(':')));
+        device.map_or_else(|| "lumped wall losses".to_owned(), |k| assembly.places[k].1.clone())
+    };
+    let actors = (0..assembly.laws.laws()).map(actor).collect();
     Ok(Built {
         name: file.name.clone(),
         network,

@@ -3,6 +3,7 @@
 use super::assembly::Flame;
 use super::assembly::{Assembly, Attached, Role};
 use super::error::FileError;
+use super::hear::Listener;
 use super::item::Item;
 use super::odd::growing;
 use super::problem::ElementProblem;
@@ -13,8 +14,8 @@ use super::warning::Warning;
 use crate::flow_chain::ActionKind;
 use crate::laws::wall::Wall;
 use crate::laws::{
-    Behind, BiasHole, Law, Leg, PathDuct, Probe, Side, SideHole, SourceCoefficient, Table, TableRow, fok,
-    inner_correction, matching_length, series_correction, steady_share,
+    Behind, BiasHole, Law, Leg, SideHole, Table, TableRow, fok, inner_correction, matching_length,
+    series_correction, steady_share,
 };
 use crate::slot::Slot;
 use rijke_numerics::{C64, has_growing_root};
@@ -272,13 +273,9 @@ impl Assembly<'_> {
         let reference = item.not_negative("reference", *reference)?;
         let (before, after) = (place.saturating_sub(1), place.min(self.segments.len() - 1));
         let downstream = *reference_side == Direction::Downstream;
-        let (path, side) = self.path(item, place, reference, downstream)?;
+        let heard = self.reference(item, place, reference, downstream)?;
         // What Q'/Q = n F u'/U means for k_eu: the mean flow carries as much mass through the reference.
-        let at = match path.last() {
-            Some((i, _)) => *i,
-            None if downstream => after,
-            None => before,
-        };
+        let at = heard.unwrap_or(if downstream { after } else { before });
         let heat = |i: usize| self.gases[i].heat;
         let last = along.map_or(after, |a| a.end.min(self.segments.len() - 1));
         let mean =
@@ -310,9 +307,8 @@ impl Assembly<'_> {
         if let Some(rows) = table {
             self.warnings.extend(Warning::of_table(item, rows, true));
         }
-        let path: Vec<PathDuct> = path.into_iter().map(|(_, stretch)| stretch).collect();
         if let Some(along) = along {
-            return self.spread(item, place, &shape, gain, (reference, &path), along);
+            return self.spread(item, place, &shape, gain, reference, along);
         }
         let law = self.function(item, &shape, law_of_flow)?;
         self.flames.push(Flame { place, law, effect, reference, downstream });
@@ -323,77 +319,10 @@ impl Assembly<'_> {
             return Ok(());
         }
         let transfer = self.function(item, &shape, gain)?;
-        for (slot, of) in
-            [(Slot::Eu(place), SourceCoefficient::Velocity), (Slot::Ep(place), SourceCoefficient::Pressure)]
-        {
-            let probe = Probe { transfer: transfer.clone(), path: path.clone(), of, side };
-            self.add(slot, name.clone(), Law::Probe(Box::new(probe)), Role::Flame);
-        }
+        let law = self.laws.push(name, transfer);
+        let listener =
+            Listener { item: item.clone(), place, law, distance: reference, downstream, spread: None };
+        self.listeners.push(listener);
         Ok(())
-    }
-
-    /// The segments from a place over `distance` upstream or downstream.
-    fn path(
-        &self,
-        item: &Item,
-        place: usize,
-        distance: f64,
-        downstream: bool,
-    ) -> Result<(Vec<(usize, PathDuct)>, Side), FileError> {
-        let n = self.segments.len();
-        let side = if downstream {
-            if let Some((_, other)) =
-                self.devices.iter().find(|(j, other)| *j == place && *other != item.place)
-            {
-                return Err(item.fail(ElementProblem::NotAlone { other: other.clone() }));
-            }
-            let inside = place > 0 && place < n;
-            let ratio = if inside { self.segments[place - 1].area / self.segments[place].area } else { 1.0 };
-            Side::Downstream { ratio }
-        } else {
-            Side::Upstream
-        };
-        let mut segments: Vec<usize> =
-            if downstream { (place..n).collect() } else { (0..place).rev().collect() };
-        let available: f64 = segments.iter().map(|&i| self.segments[i].length).sum();
-        if distance > available * (1.0 + 1e-9) {
-            return Err(item.fail(ElementProblem::ReferenceOutside { distance, length: available }));
-        }
-        let (mut path, mut left, mut area) = (Vec::new(), distance, None);
-        for i in segments.drain(..) {
-            if left <= 1e-9 * available {
-                break;
-            }
-            if let Some(area) = area {
-                let between = if downstream { i } else { i + 1 };
-                if let Some((_, other)) = self.devices.iter().find(|(j, _)| *j == between) {
-                    return Err(item.fail(ElementProblem::ReferenceBlocked { other: other.clone() }));
-                }
-                path.push((i, area / self.segments[i].area));
-            } else {
-                path.push((i, 1.0));
-            }
-            area = Some(self.segments[i].area);
-            left -= self.segments[i].length;
-        }
-        let (last, mut rest) = (path.len().saturating_sub(1), distance);
-        let stretch = |(k, &(i, ratio)): (usize, &(usize, f64))| {
-            let mut segment = self.segments[i];
-            if k == last {
-                segment.length = rest;
-            }
-            rest -= segment.length;
-            (i, PathDuct { segment, ratio, ..self.stretch(i) })
-        };
-        Ok((path.iter().enumerate().map(stretch).collect(), side))
-    }
-
-    /// Segment `i` as a duct on the way to somewhere.
-    pub(super) fn stretch(&self, i: usize) -> PathDuct {
-        let losses = self.walls[i].as_ref().map(|w| {
-            let scaled = |law: Law| Law::Scaled(Box::new(law), C64::new(w.factor, 0.0));
-            [scaled(Law::Viscous(w.law, w.wall)), scaled(Law::Thermal(w.law, w.wall))]
-        });
-        PathDuct { segment: self.segments[i], ratio: 1.0, losses }
     }
 }
