@@ -34,7 +34,7 @@ pub use field::{GridField, Lines, Zero};
 pub use files::{LARGEST_TEXT, Unreadable, open_file, read_bytes, read_text};
 pub use howe::{howe, howe_parts};
 pub use in_order::InOrder;
-pub use jet::{Jet, JetSpace, Order};
+pub use jet::{Jet, JetSpace, Order, packed};
 pub use median::median;
 pub use output::{Lock, StagedFolder, keep_others, write_output, write_within};
 pub use range::range;

@@ -3,7 +3,7 @@
 use crate::observed::{Observed, Used};
 use crate::{NamedGaussian, Training};
 use rijke_inference::{Forward, ForwardError, InferenceError, Parameter, Parameters, Prediction, Prior};
-use rijke_numerics::{C64, Matrix, Order};
+use rijke_numerics::{C64, Matrix, Order, packed};
 use rijke_rig::{ChannelErrors, ModeRows};
 use rijke_study::Rig;
 
@@ -179,7 +179,7 @@ impl Forward for Heard<'_> {
             }
             for (k, z) in by_error {
                 let i = self.own + k;
-                (0..self.own).for_each(|j| set(i * (i + 1) / 2 + j, slope(j) * z));
+                (0..self.own).for_each(|j| set(packed(i, j), slope(j) * z));
             }
         }
         Ok(heard)
@@ -230,10 +230,7 @@ mod tests {
         let here = values(0.0);
         for row in 0..8 {
             let first: f64 = (0..4).map(|i| here.jacobian[(row, i)] * along[i]).sum();
-            let bend = |i: usize, j: usize| {
-                let (i, j) = (i.max(j), i.min(j));
-                here.curvature[row * 10 + i * (i + 1) / 2 + j]
-            };
+            let bend = |i: usize, j: usize| here.curvature[row * 10 + packed(i, j)];
             let second: f64 = (0..4)
                 .flat_map(|i| (0..4).map(move |j| (i, j)))
                 .map(|(i, j)| bend(i, j) * along[i] * along[j])

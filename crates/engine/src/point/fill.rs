@@ -207,26 +207,12 @@ fn radiation(effect: &Effect, around: &[f64], s: C64) -> [Option<[C64; 3]>; 2] {
     [unflanged, flanged]
 }
 
-/// The same jet with seeds `to` (and s) in place of `from` (and s); every seed of `from` is among `to`.
+/// The same jet with seeds `to` (and s) in place of `from` (and s); a seed that is not among `to` is left
+/// out.
 fn spread(jet: &Jet, from: &[usize], to: &[usize]) -> Jet {
     if from == to {
         return jet.clone();
     }
     let place = |i: usize| from.get(i).map_or(Some(to.len()), |seed| to.iter().position(|t| t == seed));
-    let places: Vec<Option<usize>> = (0..=from.len()).map(place).collect();
-    let n = to.len() + 1;
-    let mut gradient = vec![C64::ZERO; if jet.gradient().is_empty() { 0 } else { n }];
-    let mut hessian = vec![C64::ZERO; if jet.hessian_packed().is_empty() { 0 } else { n * (n + 1) / 2 }];
-    for (i, slope) in jet.gradient().iter().enumerate() {
-        let Some(a) = places[i] else { continue };
-        gradient[a] = *slope;
-        for j in 0..=i {
-            let Some(b) = places[j] else { continue };
-            let (row, column) = (a.max(b), a.min(b));
-            if let Some(to) = hessian.get_mut(row * (row + 1) / 2 + column) {
-                *to = jet.hessian(i, j);
-            }
-        }
-    }
-    Jet::from_parts(jet.value(), gradient, hessian)
+    JetSpace::new(to.len() + 1, jet.order()).take(jet, place)
 }
