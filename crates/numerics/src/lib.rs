@@ -16,6 +16,7 @@ mod product;
 mod range;
 pub mod rational;
 mod routh;
+pub mod slips;
 mod solvers;
 pub mod special;
 mod streams;

@@ -5,30 +5,15 @@ use super::layout::Placed;
 use super::schema::{Coefficient, Element, Gas};
 use super::warning::Warning;
 use crate::plane::region::Region;
+use rijke_numerics::slips::{
+    COLD, PRANDTL, PRESSURE, VISCOSITY, is_light, is_too_late, is_too_long, is_too_wide,
+};
 use rijke_numerics::words::rounded;
 use std::f64::consts::{PI, TAU};
 
-/// A duct of fewer wavelengths at the highest frequency of the search is no slip, nor is a delay of fewer
-/// periods. Whoever looks for the first mode of a tube, at a quarter of a wavelength, and gives its length in
-/// mm, gives 250.
-const MOST_WAVELENGTHS: f64 = 200.0;
-/// As long as this, m, ducts are of most rigs, whatever the search.
-const LONG: f64 = 100.0;
-/// Wider ducts than this, m, are no slip either where the sound is in plane waves.
-const WIDE: f64 = 5.0;
 /// Longer necks, holes and plates than this, m, are none.
 const THICK: f64 = 5.0;
-/// A delay that is most often one in milliseconds, s.
-const LATEST: f64 = 1.0;
-/// Gas this cold, K, is most often given in degrees Celsius.
-const COLDEST: f64 = 100.0;
-/// Gas constants above this, J/(kg K), are those of helium and hydrogen, which stay gases where it is colder.
-const LIGHT: f64 = 1000.0;
-/// Gas of less pressure than this, Pa, is most often given in kPa.
-const THIN: f64 = 1000.0;
-/// Prandtl numbers of gases, and their viscosities at room temperature, Pa s and K.
-const PRANDTL: [f64; 2] = [0.1, 1.5];
-const VISCOSITY: [f64; 2] = [5e-6, 5e-5];
+/// Room temperature, K.
 const ROOM: f64 = 293.15;
 /// Gas constant of uranium hexafluoride, J/(kg K), and a little more than the ratio of specific heats of
 /// single atoms.
@@ -52,15 +37,20 @@ pub(super) struct Sizes {
 impl Sizes {
     pub(super) fn of(gas: &Gas, region: &Region) -> Self {
         let highest = region.omega[1] / TAU;
-        let sound_speed = (gas.gamma * gas.gas_constant * gas.temperature.max(COLDEST)).sqrt();
-        Self { highest, wavelength: sound_speed / highest, freezes: gas.gas_constant < LIGHT }
+        let sound_speed = (gas.gamma * gas.gas_constant * gas.temperature.max(COLD)).sqrt();
+        Self { highest, wavelength: sound_speed / highest, freezes: !is_light(gas.gas_constant) }
     }
 
     /// What is doubtful about the sizes of gas and elements.
     pub(super) fn doubtful(&self, head: &Item, gas: &Gas, placed: &[Placed]) -> Vec<Warning> {
         let mut all: Vec<Warning> = self.cold(head, gas.temperature).into_iter().collect();
-        all.extend((gas.pressure < THIN).then(|| {
-            let why = "less than a hundredth of that of the atmosphere".to_owned();
+        let [least, most] = PRESSURE;
+        all.extend((gas.pressure > most).then(|| {
+            let what = format!("pressure is {} Pa, and rigs have at most {most}", rounded(gas.pressure));
+            Warning::range(head, what, "check the decimal point and the unit")
+        }));
+        all.extend((gas.pressure < least).then(|| {
+            let why = "less than in any rig".to_owned();
             let remedy = format!("if these are kPa, write {}", 1e3 * gas.pressure);
             size(head, "pressure", gas.pressure, "Pa", why, remedy)
         }));
@@ -183,16 +173,14 @@ impl Sizes {
         let periods = value * self.highest;
         let why = || format!("{periods:.0} periods of the highest frequency of the search");
         let remedy = || format!("if these are ms, write {}", 1e-3 * value);
-        let late = value > LATEST && periods > MOST_WAVELENGTHS;
-        late.then(|| size(item, "delay", value, "s", why(), remedy()))
+        is_too_late(value, self.highest).then(|| size(item, "delay", value, "s", why(), remedy()))
     }
 
     /// A duct of too many wavelengths.
     fn long(&self, item: &Item, value: f64) -> Option<Warning> {
         let waves = value / self.wavelength;
         let why = || format!("{waves:.0} wavelengths at the highest frequency of the search");
-        let long = value > LONG && waves > MOST_WAVELENGTHS;
-        long.then(|| millimetres(item, "length", value, why()))
+        is_too_long(value, self.wavelength).then(|| millimetres(item, "length", value, why()))
     }
 
     /// A duct in which sound is in no plane waves.
@@ -202,7 +190,7 @@ impl Sizes {
     }
 
     pub(super) fn is_too_wide(&self, value: f64) -> bool {
-        value > WIDE && value > self.wavelength
+        is_too_wide(value, self.wavelength)
     }
 
     /// A length across which the sound of a resonator is not one pressure or one velocity.
@@ -221,7 +209,7 @@ impl Sizes {
     fn cold(&self, item: &Item, value: f64) -> Option<Warning> {
         let remedy = || format!("if these are degrees Celsius, write {}", value + 273.15);
         let why = || "colder than any gas of a rig".to_owned();
-        (self.freezes && value < COLDEST).then(|| size(item, "temperature", value, "K", why(), remedy()))
+        (self.freezes && value < COLD).then(|| size(item, "temperature", value, "K", why(), remedy()))
     }
 }
 

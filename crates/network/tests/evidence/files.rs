@@ -321,6 +321,9 @@ fn message_keys_without_effect_and_impossible_devices() {
         ("", "wall_factor = 2", FLAME, "wall_factor has no effect"),
         ("", "scheme = \"lumped\"", FLAME, "scheme has no effect"),
         ("pressure = 101.325", "", FLAME, "if these are kPa, write 101325"),
+        ("pressure = 4e3", "", FLAME, "less than in any rig"),
+        ("pressure = 1e9", "", FLAME, "rigs have at most 100000000"),
+        ("", "temperature = 150", FLAME, "if these are degrees Celsius, write 423.15"),
         (
             "",
             "",
