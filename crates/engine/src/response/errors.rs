@@ -8,7 +8,7 @@
 //! integrates over it in closed form. The fit is repeated until the parameters stay.
 
 use crate::gaussian::handed_on;
-use crate::run::{conditions_at, conditions_of};
+use crate::run::{conditions_at, conditions_of, with_factors_moved};
 use crate::{Conditions, EngineError};
 use rijke_inference::{Parameter, Prior};
 use rijke_numerics::{C64, Jet, JetSpace};
@@ -103,13 +103,7 @@ pub(super) fn moved(
     error: &dyn Fn(&Cause) -> f64,
 ) -> Result<Conditions, EngineError> {
     let stated = &study.campaign.points[k];
-    let mut point = stated.clone();
-    for cause in conditions_at(study, k)?.displaced.into_iter().map(|d| d.cause) {
-        let Cause::Factor { name, .. } = &cause else { continue };
-        if let Some(factor) = study.campaign.factor(name) {
-            point.factors[factor] += error(&cause) * stated.factor_sds[factor];
-        }
-    }
+    let mut point = with_factors_moved(study, stated, &conditions_at(study, k)?, error);
     point.factor_sds.fill(0.0);
     if let Some([temperature, sd]) = &mut point.ambient {
         *temperature += error(&Cause::ambient(stated)) * *sd;

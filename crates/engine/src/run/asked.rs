@@ -3,7 +3,7 @@
 use super::average::OpenModel;
 use super::combined::{assembly_of, first_model};
 use super::followed::Sought;
-use super::inputs::{ambient_of_all, conditions, states};
+use super::inputs::{ambient_of_all, conditions, states, with_factors_moved};
 use super::predicted::{Forecast, averaged};
 use super::ready::{Known, Ready};
 use crate::{BeyondTable, EngineError, Misfit, PointModel, PointPrediction, SavedModel, Spectrum};
@@ -51,16 +51,9 @@ pub fn modes_at(
         Some(model) => {
             let assembly = assembly_of(study, &model.candidates, &model.hold)?;
             let posterior = model.posterior()?;
-            let mut read = point_of.clone();
-            for cause in conditions.displaced.iter().map(|d| &d.cause) {
-                let Cause::Factor { name, .. } = cause else { continue };
-                let factor = study.campaign.factor(name).zip(posterior.error_of(cause));
-                if let Some((k, [error, _])) = factor {
-                    read.factors[k] += error * point_of.factor_sds[k];
-                }
-            }
             if !conditions.displaced.is_empty() {
-                conditions = conditions_of(&read)?;
+                let error = |cause: &Cause| posterior.error_of(cause).map_or(0.0, |[error, _]| error);
+                conditions = conditions_of(&with_factors_moved(study, point_of, &conditions, &error))?;
             }
             conditions.base = posterior.as_inferred(&conditions.base);
             let known = posterior.gaussian;

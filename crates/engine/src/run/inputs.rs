@@ -190,6 +190,24 @@ pub(crate) fn conditions_of(study: &Study, point: &Point) -> Result<Conditions, 
     conditions_or_ambient(study, point, None, point.ambient.or(of_the_file))
 }
 
+/// A point whose factors, which are known to a standard deviation, are off by so many of these by each cause
+/// of error of its conditions.
+pub(crate) fn with_factors_moved(
+    study: &Study,
+    point: &Point,
+    conditions: &Conditions,
+    error: &dyn Fn(&Cause) -> f64,
+) -> Point {
+    let mut moved = point.clone();
+    for Displaced { cause, .. } in &conditions.displaced {
+        let Cause::Factor { name, .. } = cause else { continue };
+        if let Some(k) = study.campaign.factor(name) {
+            moved.factors[k] += error(cause) * point.factor_sds[k];
+        }
+    }
+    moved
+}
+
 /// The observed points that a stage means but that have no state of their gas, though others have: they are
 /// left out.
 pub(super) fn left_out(

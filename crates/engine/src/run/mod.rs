@@ -71,7 +71,7 @@ pub use found::{
     Asked, Checks, ExactLengths, Family, LengthError, Missing, MovingLength, PointCheck, SumCheck,
 };
 pub use frame::{Frame, FrameColumn, FrameRow, ShownUnit};
-pub(crate) use inputs::{conditions_at, conditions_of};
+pub(crate) use inputs::{conditions_at, conditions_of, with_factors_moved};
 pub use next::{
     Aim, Lead, Leads, MicrophoneChoice, MicrophoneTable, Next, Sequence, Step, Suggestion, Wish, microphones,
     next,
