@@ -240,7 +240,7 @@ duct = [{{ length = 0.5, diameter = 0.05, layers = 1.0 }}, {{ length = 0.3, diam
 source = [{{ at = {at}, thickness = 0.01, power = 50.0, share = 0.8, times = \"seconds\" }}]
 gas = {{ molar_mass = 0.029, heat_capacity = [29.1, 0.0, 0.0, 0.0], viscosity = [1.7e-5, 110.0], conductivity = [0.024, 194.0] }}"
         );
-        Truth::parse(&text, Path::new("t")).unwrap()
+        crate::toml_file::parse(&text, Path::new("t")).unwrap()
     }
 
     fn base(at: f64) -> Result<Base, BenchError> {

@@ -5,7 +5,7 @@ use super::error::BenchError;
 use super::parts::{BranchTruth, ObstacleTruth};
 use super::response::SourceTruth;
 use super::value::Value;
-use rijke_numerics::words::{line_of, of_toml};
+use crate::toml_file;
 use rijke_rig::Gas;
 use serde::Deserialize;
 use std::path::Path;
@@ -131,17 +131,7 @@ fn one_atmosphere() -> f64 {
 
 impl Truth {
     pub(crate) fn read(path: &Path) -> Result<Self, BenchError> {
-        let text = rijke_numerics::read_text(path)
-            .map_err(|cause| BenchError::Read { path: path.to_owned(), cause })?;
-        Self::parse(&text, path)
-    }
-
-    pub(crate) fn parse(text: &str, path: &Path) -> Result<Self, BenchError> {
-        let truth: Self = toml::from_str(text).map_err(|error| BenchError::Truth {
-            path: path.to_owned(),
-            line: line_of(text, error.span().map_or(0, |span| span.start)),
-            message: of_toml(error.message()),
-        })?;
+        let truth: Self = toml_file::read(path)?;
         let (reference, count) = (truth.microphones.reference, truth.microphones.at.len());
         if reference == 0 || reference > count {
             return Err(BenchError::Reference { reference, count });
