@@ -163,13 +163,7 @@ pub(crate) fn wrapped(label: &str, size: f64, room: f64) -> Vec<String> {
 
 /// A number with `decimals` decimals and a true minus sign.
 pub fn fixed(value: f64, decimals: usize) -> String {
-    let text = format!("{value:.decimals$}");
-    let zero = text.trim_start_matches('-').chars().all(|c| c == '0' || c == '.');
-    match text.strip_prefix('-') {
-        Some(text) if zero => text.to_owned(),
-        Some(text) => format!("\u{2212}{text}"),
-        None => text,
-    }
+    rijke_numerics::words::fixed(value, decimals).replace('-', "\u{2212}")
 }
 
 /// The text of a stretch, escaped, with a true minus sign in exponents.
