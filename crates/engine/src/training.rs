@@ -148,51 +148,9 @@ pub fn train(
     }
     let here = if of_factors { predictor.predict(values, Order::Value).ok() } else { None };
     let bends = here.map_or_else(Bends::default, |here| Bends::of(assembly, observed, used, values, &here));
-    // The effect of the errors is taken at `at`, parameters of the model and then of the channels.
-    let with_errors = |at: &[f64]| {
-        let (values, of_channels) = at.split_at(own);
-        let errors = match training.base_errors {
-            true => BaseErrors::new(assembly, observed, used, values)?,
-            false => BaseErrors::none(observed.len()),
-        };
-        let errors = match &law {
-            Some(law) => errors.and(law.changes(observed, used, values)?),
-            None => errors,
-        };
-        let errors = errors.and(BaseErrors::of_factors(assembly, observed, used, values)?);
-        let errors = if drifts { errors.and(of_drift(observed, used)) } else { errors };
-        let (common, errors) = Common::of(errors, observed, used, training, &bends)?;
-        let alone = !training.base_errors && errors.is_none();
-        let (data, order) = if alone { blocks.apart() } else { blocks.together(&errors) }?;
-        let shared = [common.parameters(), assemblies.parameters()].concat();
-        let slopes = assemblies.behind(common.slopes());
-        let parameters = self::parameters(assembly, &shared, &common.known(), channels.as_ref(), training)?;
-        let bent = bends.placed(used, |cause| common.direction_of(cause));
-        let carried = Carried { inner: &predictor, own, slopes: &slopes, bends: &bent };
-        let through = Heard::new(&carried, own + shared.len(), channels.as_ref(), observed, used);
-        let start = [values, &vec![0.0; shared.len()], of_channels].concat();
-        let options = training.search.clone().from(&start);
-        let fitting = Fitting { assembly, training, model: &through, parameters: &parameters };
-        let trained = fitting.finish(&data, order, options, observed.len())?;
-        let Trained { linear, noise, parameters, values, covariance, .. } = &trained;
-        let of_parameters = (&**parameters, &**values, covariance);
-        let learned = assemblies.learned(linear, noise, of_parameters);
-        let one_block = in_one_block(&errors, observed, used);
-        let (_, apart) =
-            errors.of_several(observed, used, &linear.1, |p| if one_block[p] { 0 } else { usize::MAX });
-        let (of_several, columns) =
-            errors.of_several(observed, used, &linear.1, |p| if one_block[p] { usize::MAX } else { 2 });
-        let (for_predictions, names) = common.with(of_several);
-        let sds = vec![1.0; columns.len()];
-        let told = Learned::of(&linear.0, names, &columns, &sds, of_parameters);
-        let told = OfSeveral { learned: told, columns, apart };
-        let mut warnings = common.explained(trained.warnings);
-        warnings.extend(bends.warning());
-        let trained = Trained { learned, told, warnings, common: Some(for_predictions), ..trained };
-        let causes = common.learned(&training.causes, own, &trained.gaussian());
-        Ok::<_, EngineError>(Trained { causes, ..trained })
-    };
-    let trained = with_errors(&rough.parameters)?;
+    let channels = channels.as_ref();
+    let with = WithErrors { assembly, predictor: &predictor, training, blocks, law, drifts, bends, channels };
+    let trained = with.fit(&rough.parameters)?;
     // Other starts may have found a maximum that the fit without errors missed: then their effect is taken
     // there.
     if training.checks.is_none() || !trained.lies_elsewhere(&rough.parameters[..own]) {
@@ -201,8 +159,85 @@ pub fn train(
     let of_channels = &trained.values[trained.parameters.len() - (rough.parameters.len() - own)..];
     let from = [&trained.values[..own], of_channels].concat();
     match fit.search(&data, order, &training.search.clone().from(&from)) {
-        Ok(better) if better.cost < rough.cost - BETTER => with_errors(&better.parameters),
+        Ok(better) if better.cost < rough.cost - BETTER => with.fit(&better.parameters),
         _ => Ok(trained),
+    }
+}
+
+/// A training with errors of the base states, of factors, of drifts and of laws.
+struct WithErrors<'a> {
+    assembly: &'a Assembly,
+    predictor: &'a Predictor<'a>,
+    training: &'a Training,
+    blocks: Blocks<'a>,
+    law: Option<LawErrors>,
+    /// Whether pings that drift have errors of it.
+    drifts: bool,
+    bends: Bends<'a>,
+    channels: Option<&'a Channels>,
+}
+
+impl WithErrors<'_> {
+    /// The fit with the effect of the errors taken at `at`, parameters of the model and then of the channels.
+    fn fit(&self, at: &[f64]) -> Result<Trained, EngineError> {
+        let (training, channels, bends) = (self.training, self.channels, &self.bends);
+        let Blocks { observed, used, assemblies, .. } = self.blocks;
+        let assembly = self.assembly;
+        let own = assembly.parameters().len();
+        let (values, of_channels) = at.split_at(own);
+        let (common, errors) = Common::of(self.errors_at(values)?, observed, used, training, bends)?;
+        let alone = !training.base_errors && errors.is_none();
+        let (data, order) = if alone { self.blocks.apart() } else { self.blocks.together(&errors) }?;
+        let shared = [common.parameters(), assemblies.parameters()].concat();
+        let slopes = assemblies.behind(common.slopes());
+        let parameters = parameters(assembly, &shared, &common.known(), channels, training)?;
+        let bent = bends.placed(used, |cause| common.direction_of(cause));
+        let carried = Carried { inner: self.predictor, own, slopes: &slopes, bends: &bent };
+        let through = Heard::new(&carried, own + shared.len(), channels, observed, used);
+        let start = [values, &vec![0.0; shared.len()], of_channels].concat();
+        let options = training.search.clone().from(&start);
+        let fitting = Fitting { assembly, training, model: &through, parameters: &parameters };
+        let trained = fitting.finish(&data, order, options, observed.len())?;
+        let Trained { linear, noise, parameters, values, covariance, .. } = &trained;
+        let learned = assemblies.learned(linear, noise, (&**parameters, &**values, covariance));
+        let (for_predictions, told) = self.told(&common, &errors, &trained);
+        let mut warnings = common.explained(trained.warnings);
+        warnings.extend(bends.warning());
+        let trained = Trained { learned, told, warnings, common: Some(for_predictions), ..trained };
+        let causes = common.learned(&training.causes, own, &trained.gaussian());
+        Ok(Trained { causes, ..trained })
+    }
+
+    /// The errors with their effect at `values` of the model's parameters.
+    fn errors_at(&self, values: &[f64]) -> Result<BaseErrors, EngineError> {
+        let Blocks { observed, used, .. } = self.blocks;
+        let assembly = self.assembly;
+        let errors = match self.training.base_errors {
+            true => BaseErrors::new(assembly, observed, used, values)?,
+            false => BaseErrors::none(observed.len()),
+        };
+        let errors = match &self.law {
+            Some(law) => errors.and(law.changes(observed, used, values)?),
+            None => errors,
+        };
+        let errors = errors.and(BaseErrors::of_factors(assembly, observed, used, values)?);
+        Ok(if self.drifts { errors.and(of_drift(observed, used)) } else { errors })
+    }
+
+    /// What the data tell of `errors` that several points share and that stayed a covariance, and `common`
+    /// with these.
+    fn told(&self, common: &Common, errors: &BaseErrors, trained: &Trained) -> (Common, OfSeveral) {
+        let Blocks { observed, used, .. } = self.blocks;
+        let (linear, order) = &*trained.linear;
+        let one_block = in_one_block(errors, observed, used);
+        let (_, apart) =
+            errors.of_several(observed, used, order, |p| if one_block[p] { 0 } else { usize::MAX });
+        let (of_several, columns) =
+            errors.of_several(observed, used, order, |p| if one_block[p] { usize::MAX } else { 2 });
+        let (for_predictions, names) = common.with(of_several);
+        let of_parameters = (&*trained.parameters, &*trained.values, &trained.covariance);
+        let learned = Learned::of(linear, names, &columns, &vec![1.0; columns.len()], of_parameters);
+        (for_predictions, OfSeveral { learned, columns, apart })
     }
 }
 

@@ -5,7 +5,7 @@ use super::model::PointModel;
 use super::spread::SpreadAt;
 use crate::EngineError;
 use crate::conditions::Conditions;
-use rijke_network::laws::{NoReference, RemoteSource, SpreadPiece, spread_weights};
+use rijke_network::laws::{HeardLaws, NoReference, RemoteSource, SpreadPiece, spread_weights};
 use rijke_study::names::{AREA, DENSITY};
 use rijke_study::{Hears, Spread};
 
@@ -38,7 +38,7 @@ impl PointModel<'_> {
         };
         let places = [places(&compact)?, places(&spread)?];
         let first = self.laws.len();
-        let (of_compact, of_spread) =
+        let HeardLaws { of_compact, of_spread } =
             self.network.attach_heard(first, &places[0], &places[1]).map_err(fail)?;
         for (source, own) in compact.iter().zip(&of_compact) {
             let (j, distance) = self.reference_of(conditions, source)?;

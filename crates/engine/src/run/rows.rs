@@ -59,25 +59,7 @@ impl Run {
         trusted: Trusted,
     ) -> Result<Found, EngineError> {
         self.go_on()?;
-        let effects = row.own.iter().flat_map(|c| &c.effects);
-        let law =
-            |e: &Effect| (format!("{} at {}", e.coefficient.name(), e.place_text), e.law.source().to_owned());
-        let mut record = ModelRecord {
-            id: row.id(),
-            label: if row.own.is_empty() {
-                "the rig as rig.toml describes it".to_owned()
-            } else {
-                row.own.iter().map(|c| c.name.as_str()).collect::<Vec<_>>().join("; ")
-            },
-            candidates: row.choice.clone(),
-            laws: effects.map(law).collect(),
-            parameters: Vec::new(),
-            misfit: [0.0; 3],
-            evidence: None,
-            predicted: Vec::new(),
-            fitted: Vec::new(),
-            remark: None,
-        };
+        let mut record = untrained(row);
         let found = match self.train_row(stage, row, stands_on, trusted) {
             Ok(found) => found,
             Err(error) => {
@@ -117,22 +99,10 @@ impl Run {
             None => Vec::new(),
         };
         let (fitted, shapes) = self.fitted(stage, &found, &record.predicted);
-        let vary = stage.noise.installation.is_some() || !stage.noise.varying.is_empty();
-        let mut doubts = doubts(&found.observed, &fitted, record.misfit, floats(&trained.noise), vary);
-        let beyond = models
-            .iter()
-            .filter(|_| assembly.has_tables())
-            .filter_map(|(s, model)| Some((model.id(), model.beyond_a_table(values, *s)?)));
-        doubts.extend(beyond_tables(beyond));
-        doubts.extend(other_sign(&record.parameters, assembly.parameters()));
-        let microphones = &self.rig.microphones;
-        doubts.extend(outlying(&shapes, microphones.reference, &microphones.names));
+        let mut doubts = self.doubts_of(stage, &found, &record, &models, (&fitted, &shapes));
         // Not in the first pass of a course whose evidence is checked further.
         if trusted != Trusted::Laplace || self.trusted == Trusted::Laplace {
-            doubts.extend(self.bent(stage, &found));
-            doubts.extend(self.turned(stage, row, &found)?);
-            doubts.extend(self.miswired(stage, row, &found)?);
-            doubts.extend(self.other_columns(stage, row, &found)?);
+            doubts.extend(self.mistakes(stage, row, &found)?);
         }
         let apart =
             |(a, b): (&[f64; 2], &[f64; 2])| (a[0] - b[0]).hypot(a[1] - b[1]) > 1e-6 * b[0].hypot(b[1]);
@@ -153,6 +123,39 @@ impl Run {
             .collect();
         record.remark = Some(remarks.join("\n")).filter(|w| !w.is_empty());
         Ok((record, Some(found)))
+    }
+
+    /// What residuals, tables, signs and mode shapes say against a model, with what it says by
+    /// [`Run::fitted`].
+    fn doubts_of(
+        &self,
+        stage: &Stage,
+        found: &Chosen,
+        record: &ModelRecord,
+        models: &[Solved<'_>],
+        (fitted, shapes): (&[[f64; 2]], &[Shape<'_>]),
+    ) -> Vec<String> {
+        let (assembly, trained) = (&found.assembly, &found.trained);
+        let vary = stage.noise.installation.is_some() || !stage.noise.varying.is_empty();
+        let mut all = doubts(&found.observed, fitted, record.misfit, floats(&trained.noise), vary);
+        let beyond = models
+            .iter()
+            .filter(|_| assembly.has_tables())
+            .filter_map(|(s, model)| Some((model.id(), model.beyond_a_table(trained.best(), *s)?)));
+        all.extend(beyond_tables(beyond));
+        all.extend(other_sign(&record.parameters, assembly.parameters()));
+        let microphones = &self.rig.microphones;
+        all.extend(outlying(shapes, microphones.reference, &microphones.names));
+        all
+    }
+
+    /// What a mistake in the data, or a law that bends, would explain.
+    fn mistakes(&self, stage: &Stage, row: &Row, found: &Chosen) -> Result<Vec<String>, EngineError> {
+        let mut all = self.bent(stage, found);
+        all.extend(self.turned(stage, row, found)?);
+        all.extend(self.miswired(stage, row, found)?);
+        all.extend(self.other_columns(stage, row, found)?);
+        Ok(all)
     }
 
     /// What a model says of growth rates and frequencies, with the errors that training found beside its
@@ -305,6 +308,29 @@ impl Run {
             causes: self.causes(stage),
             checks,
         }
+    }
+}
+
+/// A row as it is before training.
+fn untrained(row: &Row) -> ModelRecord {
+    let effects = row.own.iter().flat_map(|c| &c.effects);
+    let law =
+        |e: &Effect| (format!("{} at {}", e.coefficient.name(), e.place_text), e.law.source().to_owned());
+    ModelRecord {
+        id: row.id(),
+        label: if row.own.is_empty() {
+            "the rig as rig.toml describes it".to_owned()
+        } else {
+            row.own.iter().map(|c| c.name.as_str()).collect::<Vec<_>>().join("; ")
+        },
+        candidates: row.choice.clone(),
+        laws: effects.map(law).collect(),
+        parameters: Vec::new(),
+        misfit: [0.0; 3],
+        evidence: None,
+        predicted: Vec::new(),
+        fitted: Vec::new(),
+        remark: None,
     }
 }
 

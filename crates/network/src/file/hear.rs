@@ -1,24 +1,11 @@
 //! Flames that answer to a velocity elsewhere, in a chain at rest.
 
-use super::assembly::Assembly;
+use super::assembly::{Assembly, Listener};
 use super::error::FileError;
 use super::item::Item;
 use super::problem::ElementProblem;
 use crate::chain::network::Network;
-use crate::laws::{NoReference, SpreadPiece};
-
-/// A flame that answers to a velocity elsewhere.
-pub(super) struct Listener {
-    pub(super) item: Item,
-    pub(super) place: usize,
-    /// Number of the law that is T.
-    pub(super) law: usize,
-    /// How far away the velocity is, m, and whether it lies downstream.
-    pub(super) distance: f64,
-    pub(super) downstream: bool,
-    /// Of a spread flame: the place of its end, and its pieces.
-    pub(super) spread: Option<(usize, Vec<SpreadPiece>)>,
-}
+use crate::laws::{HeardLaws, NoReference};
 
 impl Listener {
     fn fault(&self, why: NoReference) -> FileError {
@@ -71,7 +58,8 @@ impl Assembly<'_> {
             std::mem::take(&mut self.listeners).into_iter().partition(|flame| flame.spread.is_some());
         let places = |all: &[Listener]| -> Vec<usize> { all.iter().map(|flame| flame.place).collect() };
         let first = self.laws.laws.len();
-        let (of_compact, of_spread) = network.attach_heard(first, &places(&compact), &places(&spread))?;
+        let HeardLaws { of_compact, of_spread } =
+            network.attach_heard(first, &places(&compact), &places(&spread))?;
         for (flame, own) in compact.iter().zip(of_compact) {
             let Listener { place, law, distance, downstream, .. } = *flame;
             let may_act = [&own[..], &self.of_walls].concat();

@@ -4,7 +4,7 @@
 use super::assembly::Assembly;
 use super::item::Item;
 use super::layout::Placed;
-use super::schema::{Duct, Element};
+use super::schema::{Duct, Element, Orifice};
 use super::sizes::{Sizes, size};
 use super::warning::Warning;
 use crate::flow_chain::FlowChain;
@@ -75,7 +75,7 @@ impl Assembly<'_> {
             else {
                 continue;
             };
-            if let Element::Orifice { diameter, porosity, drag, bias_velocity, .. } = element {
+            if let Element::Orifice(Orifice { diameter, porosity, drag, bias_velocity, .. }) = element {
                 let open =
                     porosity.unwrap_or(0.25 * PI * diameter * diameter / self.segments[place - 1].area);
                 let velocity = before.velocity / open;
@@ -89,7 +89,7 @@ impl Assembly<'_> {
             }
             let loss = self.screens.iter().find(|(at, _)| at == place).map_or(0.0, |screen| screen.1);
             let drop = 0.5 * loss * before.density * before.velocity.powi(2) / before.pressure;
-            if matches!(element, Element::Screen { .. }) && drop > SMALL_DROP {
+            if matches!(element, Element::Screen(_)) && drop > SMALL_DROP {
                 let what = format!(
                     "the mean flow loses {:.0} % of its pressure here, which the mean state behind it leaves out",
                     100.0 * drop

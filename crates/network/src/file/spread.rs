@@ -1,8 +1,7 @@
 //! Flames that are spread along ducts.
 
-use super::assembly::{Assembly, Flame};
+use super::assembly::{Assembly, Flame, Listener};
 use super::error::FileError;
-use super::hear::Listener;
 use super::item::Item;
 use super::problem::ElementProblem;
 use super::schema::{self, Direction, Transfer};

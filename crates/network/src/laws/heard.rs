@@ -21,6 +21,15 @@ pub struct Heard {
     pub spreads: Vec<RemoteSpread>,
 }
 
+/// Numbers of the laws of a [`Heard`].
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct HeardLaws {
+    /// Of every compact source.
+    pub of_compact: Vec<[usize; 2]>,
+    /// Of every spread one.
+    pub of_spread: Vec<[usize; 4]>,
+}
+
 impl Network {
     /// Attaches the laws of a [`Heard`] with compact sources at places `compact` and spread ones that begin
     /// at `spread`, after `first` other laws, and gives their numbers.
@@ -32,7 +41,7 @@ impl Network {
         first: usize,
         compact: &[usize],
         spread: &[usize],
-    ) -> Result<(Vec<[usize; 2]>, Vec<[usize; 4]>), NetworkError> {
+    ) -> Result<HeardLaws, NetworkError> {
         let beyond = first + 2 * compact.len();
         let of_compact: Vec<[usize; 2]> =
             (0..compact.len()).map(|h| [0, 1].map(|k| first + 2 * h + k)).collect();
@@ -48,7 +57,7 @@ impl Network {
                 self.attach(slot, *law, 1.0)?;
             }
         }
-        Ok((of_compact, of_spread))
+        Ok(HeardLaws { of_compact, of_spread })
     }
 }
 

@@ -16,7 +16,7 @@ pub mod wall;
 
 pub use bias::{Behind, BiasHole, steady_share};
 pub use ends::{choked_inlet, choked_outlet, thick_wall_correction};
-pub use heard::Heard;
+pub use heard::{Heard, HeardLaws};
 pub use holes::{Leg, SideHole, fok, inner_correction, matching_length, series_correction};
 pub use remote::{NoReference, RemoteSource};
 pub use remote_spread::{RemoteSpread, SpreadPiece, spread_middle, spread_weights};

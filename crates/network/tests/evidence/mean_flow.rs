@@ -184,7 +184,7 @@ fn order_slow_flow_tends_to_no_flow() {
     }
     // The flame's reference: 0.1 m before it in the second duct, losses included.
     let law = laws.push("flame", delayed(0.6, 2e-3));
-    let own = still.attach_heard(laws.laws.len(), &[2], &[]).unwrap().0[0];
+    let own = still.attach_heard(laws.laws.len(), &[2], &[]).unwrap().of_compact[0];
     laws.heard.sources.push(still.remote_source(2, 0.1, false, law, &own).unwrap());
     let region = Region { sigma: [-200.0, 200.0], omega: [300.0, 4000.0] };
     let exact = still.modes(&laws, &region, &mut Workspace::default()).unwrap();
