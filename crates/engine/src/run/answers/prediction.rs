@@ -2,10 +2,10 @@
 //! Juniper & Yoko 2022).
 
 use super::super::course::Run;
-use super::super::followed::Followed;
 use super::super::frame::{Frame, FrameColumn};
-use super::super::inputs::{conditions, selected};
 use super::super::parameter::parameters;
+use super::super::points::followed::Followed;
+use super::super::points::inputs::{conditions, selected};
 use super::answer::{Found, LayerLook};
 use super::axes::{apart, axis_label, growth_and_frequency, measured, measured_columns};
 use super::kinds::Ask;

@@ -1,7 +1,7 @@
 //! Where a trained model says that the rig is stable: growth rates over a grid of two factors.
 
 use super::super::frame::{Frame, FrameColumn, FrameRow, finite};
-use super::super::predicted::Forecast;
+use super::super::points::predicted::Forecast;
 use super::answer::{Answer, AnswerPanel, Layer, LayerLook};
 use super::axes::{axis_label, factor_column};
 use crate::SavedModel;
