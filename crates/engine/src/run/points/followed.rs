@@ -7,25 +7,6 @@ use rijke_numerics::{C64, Order, range};
 use rijke_study::{Point, Study};
 use std::sync::Arc;
 
-/// A mode where it was measured.
-struct Seen {
-    label: String,
-    near: C64,
-    conditions: Arc<Conditions>,
-}
-
-/// A mode that is sought at a point.
-#[derive(Clone, Debug, PartialEq)]
-pub(in crate::run) struct Sought {
-    /// Its label.
-    pub(in crate::run) label: String,
-    /// Where a search for it begins; the usual place if there is none.
-    pub(in crate::run) near: Option<C64>,
-    /// Whether it could not be followed from a point where it was measured, so that the search begins where
-    /// it lay there.
-    pub(in crate::run) lost: bool,
-}
-
 /// The longest step along which a mode is followed, as a part of the distance between modes.
 const CLOSE: f64 = 0.03;
 /// The shortest step from point to point, as a part of the way.
@@ -180,6 +161,25 @@ impl<'a> Followed<'a> {
         }
         Some(s)
     }
+}
+
+/// A mode that is sought at a point.
+#[derive(Clone, Debug, PartialEq)]
+pub(in crate::run) struct Sought {
+    /// Its label.
+    pub(in crate::run) label: String,
+    /// Where a search for it begins; the usual place if there is none.
+    pub(in crate::run) near: Option<C64>,
+    /// Whether it could not be followed from a point where it was measured, so that the search begins where
+    /// it lay there.
+    pub(in crate::run) lost: bool,
+}
+
+/// A mode where it was measured.
+struct Seen {
+    label: String,
+    near: C64,
+    conditions: Arc<Conditions>,
 }
 
 impl Seen {

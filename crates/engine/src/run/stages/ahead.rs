@@ -20,18 +20,6 @@ const MOST: usize = 8;
 /// A model of a later stage that trails by more nats on the first model here is not tried on the others.
 const REACH: f64 = 25.0;
 
-/// What later stages find if a model is right.
-struct Later {
-    /// Sum of the ln evidences of their best models.
-    ln_evidence: f64,
-    /// These models.
-    best: Vec<CarriedStage>,
-    /// All that come within [`REACH`] of them.
-    near: Near,
-    /// Those that their stages leave open, these among them; odds against the best of the same stage.
-    open: Vec<Beside>,
-}
-
 impl Run {
     /// Carries on every model within `decides` nats of the best of its stage, of many the best [`MOST`]. No
     /// model is carried on where the stage decides or nothing stands on it. The evidence of later stages is
@@ -133,6 +121,18 @@ impl Run {
         }
         Ok(found)
     }
+}
+
+/// What later stages find if a model is right.
+struct Later {
+    /// Sum of the ln evidences of their best models.
+    ln_evidence: f64,
+    /// These models.
+    best: Vec<CarriedStage>,
+    /// All that come within [`REACH`] of them.
+    near: Near,
+    /// Those that their stages leave open, these among them; odds against the best of the same stage.
+    open: Vec<Beside>,
 }
 
 impl Run {

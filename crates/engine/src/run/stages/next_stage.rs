@@ -10,47 +10,6 @@ use crate::EngineError;
 use crate::rows::{Choice, Row};
 use rijke_study::plan::Stage;
 
-/// What is taken for certain if the model called `taken` goes on: a sentence that names the other model of
-/// most evidence, where its lead does not decide, and every further candidate with which some model is open.
-fn undecided(stage: &Stage, models: &[ModelRecord], taken: &str, carried: &[CarriedOn]) -> Option<String> {
-    let worth = |m: &ModelRecord| match carried.is_empty() {
-        true => m.evidence.map(|e| e.ln_marginal),
-        false => with_later(carried, &m.id),
-    };
-    let own = models.iter().find(|m| m.id == taken)?;
-    let at = worth(own)?;
-    let behind = |m: &ModelRecord| worth(m).map(|w| at - w).filter(|b| *b < stage.decides);
-    let others = models.iter().filter(|m| m.id != taken).filter_map(|m| Some((m, behind(m)?)));
-    let mut open: Vec<(&ModelRecord, f64)> = others.collect();
-    open.sort_by(|a, b| a.1.total_cmp(&b.1));
-    let place = |b: f64| format!("{:.1} nats {}", b.abs(), if b < 0.0 { "ahead" } else { "behind" });
-    let (other, least) = open.first()?;
-    let mut further: Vec<(&String, f64)> = Vec::new();
-    for (model, behind) in &open {
-        for (role, candidate) in &model.candidates {
-            let named = [own, other].iter().any(|m| m.candidates.get(role) == Some(candidate));
-            if !named && further.iter().all(|(known, _)| *known != candidate) {
-                further.push((candidate, *behind));
-            }
-        }
-    }
-    let further: Vec<String> =
-        further.iter().map(|(id, behind)| format!("{id} ({})", place(*behind))).collect();
-    let also = if further.is_empty() {
-        String::new()
-    } else {
-        format!("; nor is it decided against {}", further.join(", "))
-    };
-    let by = if carried.is_empty() { "" } else { " by the points of this and later stages" };
-    Some(format!(
-        "Stage \"{}\" takes {taken}, and {} is {}{}{by}{also}",
-        stage.title,
-        other.id,
-        if *least < 0.0 { "" } else { "only " },
-        place(*least)
-    ))
-}
-
 impl Run {
     /// Runs the next stage; none after the last.
     ///
@@ -145,4 +104,45 @@ impl Run {
         }
         all
     }
+}
+
+/// What is taken for certain if the model called `taken` goes on: a sentence that names the other model of
+/// most evidence, where its lead does not decide, and every further candidate with which some model is open.
+fn undecided(stage: &Stage, models: &[ModelRecord], taken: &str, carried: &[CarriedOn]) -> Option<String> {
+    let worth = |m: &ModelRecord| match carried.is_empty() {
+        true => m.evidence.map(|e| e.ln_marginal),
+        false => with_later(carried, &m.id),
+    };
+    let own = models.iter().find(|m| m.id == taken)?;
+    let at = worth(own)?;
+    let behind = |m: &ModelRecord| worth(m).map(|w| at - w).filter(|b| *b < stage.decides);
+    let others = models.iter().filter(|m| m.id != taken).filter_map(|m| Some((m, behind(m)?)));
+    let mut open: Vec<(&ModelRecord, f64)> = others.collect();
+    open.sort_by(|a, b| a.1.total_cmp(&b.1));
+    let place = |b: f64| format!("{:.1} nats {}", b.abs(), if b < 0.0 { "ahead" } else { "behind" });
+    let (other, least) = open.first()?;
+    let mut further: Vec<(&String, f64)> = Vec::new();
+    for (model, behind) in &open {
+        for (role, candidate) in &model.candidates {
+            let named = [own, other].iter().any(|m| m.candidates.get(role) == Some(candidate));
+            if !named && further.iter().all(|(known, _)| *known != candidate) {
+                further.push((candidate, *behind));
+            }
+        }
+    }
+    let further: Vec<String> =
+        further.iter().map(|(id, behind)| format!("{id} ({})", place(*behind))).collect();
+    let also = if further.is_empty() {
+        String::new()
+    } else {
+        format!("; nor is it decided against {}", further.join(", "))
+    };
+    let by = if carried.is_empty() { "" } else { " by the points of this and later stages" };
+    Some(format!(
+        "Stage \"{}\" takes {taken}, and {} is {}{}{by}{also}",
+        stage.title,
+        other.id,
+        if *least < 0.0 { "" } else { "only " },
+        place(*least)
+    ))
 }

@@ -20,41 +20,6 @@ const PART: f64 = 5e-3;
 /// Most columns that are asked about: every pair of one unit is trained once.
 const COLUMNS: usize = 5;
 
-/// What may be wrong with columns, by their places among the factors.
-#[derive(Clone, Copy)]
-enum Slip {
-    Exchanged([usize; 2]),
-    Times(usize, f64),
-}
-
-impl Slip {
-    /// Puts the numbers of a point right.
-    fn put_right(self, point: &mut Point) {
-        match self {
-            Self::Exchanged([a, b]) => {
-                point.factors.swap(a, b);
-                point.factor_sds.swap(a, b);
-            }
-            Self::Times(k, by) => {
-                point.factors[k] *= by;
-                point.factor_sds[k] *= by;
-            }
-        }
-    }
-
-    fn said(self, campaign: &Campaign) -> impl fmt::Display {
-        let name = |k: usize| &campaign.factors[k].name;
-        match self {
-            Self::Exchanged([a, b]) => {
-                format!("the columns `{}` and `{}` of the campaign are exchanged", name(a), name(b))
-            }
-            Self::Times(k, by) => {
-                format!("all numbers of the column `{}` of the campaign are times {by}", name(k))
-            }
-        }
-    }
-}
-
 impl Run {
     /// What a model that misses the frequencies by far gains most with columns of the campaign put right, in
     /// a sentence; nothing of what gains less than [`LEADS`]. Where the state of the gas was inferred, which
@@ -122,5 +87,40 @@ impl Run {
             Ok(Observed { conditions, ..o.clone() })
         };
         found.observed.iter().map(one).collect()
+    }
+}
+
+/// What may be wrong with columns, by their places among the factors.
+#[derive(Clone, Copy)]
+enum Slip {
+    Exchanged([usize; 2]),
+    Times(usize, f64),
+}
+
+impl Slip {
+    /// Puts the numbers of a point right.
+    fn put_right(self, point: &mut Point) {
+        match self {
+            Self::Exchanged([a, b]) => {
+                point.factors.swap(a, b);
+                point.factor_sds.swap(a, b);
+            }
+            Self::Times(k, by) => {
+                point.factors[k] *= by;
+                point.factor_sds[k] *= by;
+            }
+        }
+    }
+
+    fn said(self, campaign: &Campaign) -> impl fmt::Display {
+        let name = |k: usize| &campaign.factors[k].name;
+        match self {
+            Self::Exchanged([a, b]) => {
+                format!("the columns `{}` and `{}` of the campaign are exchanged", name(a), name(b))
+            }
+            Self::Times(k, by) => {
+                format!("all numbers of the column `{}` of the campaign are times {by}", name(k))
+            }
+        }
     }
 }

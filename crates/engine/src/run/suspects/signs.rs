@@ -18,115 +18,6 @@ const LARGE: f64 = 3.0;
 /// Imaginary parts of pressures, over their moduli, that say nothing of a sign.
 const STANDING: f64 = 1e-3;
 
-/// Another number of a decay that the column of growth rates may hold.
-struct Reading {
-    /// What the column holds, and what the growth rate is then.
-    column: &'static str,
-    growth_rate: &'static str,
-    /// Its sign.
-    sign: f64,
-    /// Growth rate and its derivative, from the number in the column and the angular frequency (1/s).
-    read: fn(f64, f64) -> [f64; 2],
-}
-
-const READINGS: [Reading; 9] = [
-    Reading { column: "decay rates", growth_rate: "minus the number", sign: 1.0, read: |x, _| [-x, -1.0] },
-    Reading {
-        column: "widths at half power in Hz",
-        growth_rate: "-pi times the number",
-        sign: 1.0,
-        read: |x, _| [-PI * x, -PI],
-    },
-    Reading {
-        column: "half of the widths at half power in Hz",
-        growth_rate: "-2 pi times the number",
-        sign: 1.0,
-        read: |x, _| [-TAU * x, -TAU],
-    },
-    Reading {
-        column: "damping ratios",
-        growth_rate: "minus the number times the angular frequency",
-        sign: 1.0,
-        read: |x, omega| [-x * omega, -omega],
-    },
-    Reading {
-        column: "reverberation times (60 dB) in s",
-        growth_rate: "-3 ln 10 over the number",
-        sign: 1.0,
-        read: |x, _| [-3.0 * LN_10 / x, 3.0 * LN_10 / (x * x)],
-    },
-    Reading {
-        column: "quality factors",
-        growth_rate: "minus the angular frequency over twice the number",
-        sign: 1.0,
-        read: |x, omega| [-0.5 * omega / x, 0.5 * omega / (x * x)],
-    },
-    Reading {
-        column: "growth rates of the energy",
-        growth_rate: "half of the number",
-        sign: -1.0,
-        read: |x, _| [0.5 * x, 0.5],
-    },
-    Reading {
-        column: "growth rates over pi, in Hz: widths at half power with a minus",
-        growth_rate: "pi times the number",
-        sign: -1.0,
-        read: |x, _| [PI * x, PI],
-    },
-    Reading {
-        column: "growth rates over 2 pi, in Hz",
-        growth_rate: "2 pi times the number",
-        sign: -1.0,
-        read: |x, _| [TAU * x, TAU],
-    },
-];
-
-impl Reading {
-    /// True if all growth rates have its sign; where that is the usual one, if also a model misses them by a
-    /// fourth of their size.
-    fn may_be(&self, observed: &[Observed], misfit: f64) -> bool {
-        let mut rates = observed.iter().filter_map(|o| o.mode.growth_rate);
-        let size = rms(rates.clone());
-        rates.all(|g| self.sign * g > 0.0) && (self.sign > 0.0 || misfit > 0.25 * size)
-    }
-
-    /// Growth rate by this reading, and its derivative by the number in the column.
-    fn of(&self, o: &Observed) -> Option<[f64; 2]> {
-        let omega = o.mode.angular_frequency.unwrap_or(o.near.im);
-        o.mode.growth_rate.map(|number| (self.read)(number, omega))
-    }
-
-    /// Logarithm of the modulus of that derivative.
-    fn ln_slope(&self, o: &Observed) -> f64 {
-        self.of(o).map_or(0.0, |[_, slope]| slope.abs().ln())
-    }
-
-    /// The observation as it is by this reading.
-    fn turn(&self, o: &mut Observed) {
-        let Some([growth_rate, slope]) = self.of(o) else { return };
-        o.mode.growth_rate = Some(growth_rate);
-        o.near = C64::new(growth_rate, o.near.im);
-        scale(&mut o.mode.covariance, |k| if k == 0 { slope } else { 1.0 });
-    }
-
-    /// What a model gains by it, nats.
-    fn said(&self, gain: f64) -> String {
-        let Self { column, growth_rate, .. } = self;
-        format!(
-            "this model gains {gain:.1} nats if the column of growth rates holds {column}: the growth rate, which is negative where a mode decays, is then \
-             {growth_rate}"
-        )
-    }
-}
-
-/// A model that was trained again on other data.
-pub(in crate::run) struct Again {
-    /// What it gains, nats.
-    pub(in crate::run) gain: f64,
-    /// Its misfit, what was measured included.
-    pub(in crate::run) misfit: [f64; 3],
-}
-
 impl Run {
     /// What a model gains with the data turned, each in a sentence: where it misses the growth rates by far,
     /// if they are another number of the decay; where its imaginary parts of the pressures are nearer to
@@ -232,6 +123,115 @@ impl Run {
             turned += (residual - 2.0 * imaginary).powi(2);
         }
         turned < as_they_are
+    }
+}
+
+/// A model that was trained again on other data.
+pub(in crate::run) struct Again {
+    /// What it gains, nats.
+    pub(in crate::run) gain: f64,
+    /// Its misfit, what was measured included.
+    pub(in crate::run) misfit: [f64; 3],
+}
+
+/// Another number of a decay that the column of growth rates may hold.
+struct Reading {
+    /// What the column holds, and what the growth rate is then.
+    column: &'static str,
+    growth_rate: &'static str,
+    /// Its sign.
+    sign: f64,
+    /// Growth rate and its derivative, from the number in the column and the angular frequency (1/s).
+    read: fn(f64, f64) -> [f64; 2],
+}
+
+const READINGS: [Reading; 9] = [
+    Reading { column: "decay rates", growth_rate: "minus the number", sign: 1.0, read: |x, _| [-x, -1.0] },
+    Reading {
+        column: "widths at half power in Hz",
+        growth_rate: "-pi times the number",
+        sign: 1.0,
+        read: |x, _| [-PI * x, -PI],
+    },
+    Reading {
+        column: "half of the widths at half power in Hz",
+        growth_rate: "-2 pi times the number",
+        sign: 1.0,
+        read: |x, _| [-TAU * x, -TAU],
+    },
+    Reading {
+        column: "damping ratios",
+        growth_rate: "minus the number times the angular frequency",
+        sign: 1.0,
+        read: |x, omega| [-x * omega, -omega],
+    },
+    Reading {
+        column: "reverberation times (60 dB) in s",
+        growth_rate: "-3 ln 10 over the number",
+        sign: 1.0,
+        read: |x, _| [-3.0 * LN_10 / x, 3.0 * LN_10 / (x * x)],
+    },
+    Reading {
+        column: "quality factors",
+        growth_rate: "minus the angular frequency over twice the number",
+        sign: 1.0,
+        read: |x, omega| [-0.5 * omega / x, 0.5 * omega / (x * x)],
+    },
+    Reading {
+        column: "growth rates of the energy",
+        growth_rate: "half of the number",
+        sign: -1.0,
+        read: |x, _| [0.5 * x, 0.5],
+    },
+    Reading {
+        column: "growth rates over pi, in Hz: widths at half power with a minus",
+        growth_rate: "pi times the number",
+        sign: -1.0,
+        read: |x, _| [PI * x, PI],
+    },
+    Reading {
+        column: "growth rates over 2 pi, in Hz",
+        growth_rate: "2 pi times the number",
+        sign: -1.0,
+        read: |x, _| [TAU * x, TAU],
+    },
+];
+
+impl Reading {
+    /// True if all growth rates have its sign; where that is the usual one, if also a model misses them by a
+    /// fourth of their size.
+    fn may_be(&self, observed: &[Observed], misfit: f64) -> bool {
+        let mut rates = observed.iter().filter_map(|o| o.mode.growth_rate);
+        let size = rms(rates.clone());
+        rates.all(|g| self.sign * g > 0.0) && (self.sign > 0.0 || misfit > 0.25 * size)
+    }
+
+    /// Growth rate by this reading, and its derivative by the number in the column.
+    fn of(&self, o: &Observed) -> Option<[f64; 2]> {
+        let omega = o.mode.angular_frequency.unwrap_or(o.near.im);
+        o.mode.growth_rate.map(|number| (self.read)(number, omega))
+    }
+
+    /// Logarithm of the modulus of that derivative.
+    fn ln_slope(&self, o: &Observed) -> f64 {
+        self.of(o).map_or(0.0, |[_, slope]| slope.abs().ln())
+    }
+
+    /// The observation as it is by this reading.
+    fn turn(&self, o: &mut Observed) {
+        let Some([growth_rate, slope]) = self.of(o) else { return };
+        o.mode.growth_rate = Some(growth_rate);
+        o.near = C64::new(growth_rate, o.near.im);
+        scale(&mut o.mode.covariance, |k| if k == 0 { slope } else { 1.0 });
+    }
+
+    /// What a model gains by it, nats.
+    fn said(&self, gain: f64) -> String {
+        let Self { column, growth_rate, .. } = self;
+        format!(
+            "this model gains {gain:.1} nats if the column of growth rates holds {column}: the growth rate, which is negative where a mode decays, is then \
+             {growth_rate}"
+        )
     }
 }
 
