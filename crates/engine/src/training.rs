@@ -3,8 +3,8 @@
 use crate::data::{Blocks, in_one_block};
 use crate::delays::delays;
 use crate::errors::{
-    Assemblies, BaseErrors, Bends, Carried, Channels, Common, Heard, LawErrors, Learned, OF_INSTALLATION,
-    Scatter, any_varies, of_drift,
+    Assemblies, Bends, Carried, ChannelsOfModes, Common, LawErrors, Learned, OF_INSTALLATION, PointErrors,
+    Scatter, ThroughChannels, any_varies, changes_by_factors_of, of_drift,
 };
 use crate::gaussian::{NamedGaussian, Training};
 use crate::observed::{Observed, Used};
@@ -101,7 +101,7 @@ pub fn train(
     let training = &Training { checks, ..training.clone() };
     let heard_anything = used.iter().any(|u| !u.others.is_empty());
     let channels = if heard_anything {
-        Channels::of(rig, training.channels.as_ref(), &training.microphones)
+        ChannelsOfModes::of(rig, training.channels.as_ref(), &training.microphones)
     } else {
         None
     };
@@ -110,7 +110,7 @@ pub fn train(
         observed.iter().zip(&mut used).for_each(|(o, u)| channels.take_from(o, u));
     }
     let (used, noise) = (&used, &training.noise);
-    let heard = |inner, own| Heard::new(inner, own, channels.as_ref(), observed, used);
+    let heard = |inner, own| ThroughChannels::new(inner, own, channels.as_ref(), observed, used);
     let through = heard(&predictor as &dyn Forward, own);
     let fit = Fitting { assembly, training, model: &through, parameters: &parameters };
     let nothing = Assemblies::default();
@@ -174,7 +174,7 @@ struct WithErrors<'a> {
     /// Whether pings that drift have errors of it.
     drifts: bool,
     bends: Bends<'a>,
-    channels: Option<&'a Channels>,
+    channels: Option<&'a ChannelsOfModes>,
 }
 
 impl WithErrors<'_> {
@@ -193,7 +193,7 @@ impl WithErrors<'_> {
         let parameters = parameters(assembly, &shared, &common.known(), channels, training)?;
         let bent = bends.placed(used, |cause| common.direction_of(cause));
         let carried = Carried { inner: self.predictor, own, slopes: &slopes, bends: &bent };
-        let through = Heard::new(&carried, own + shared.len(), channels, observed, used);
+        let through = ThroughChannels::new(&carried, own + shared.len(), channels, observed, used);
         let start = [values, &vec![0.0; shared.len()], of_channels].concat();
         let options = training.search.clone().from(&start);
         let fitting = Fitting { assembly, training, model: &through, parameters: &parameters };
@@ -209,24 +209,24 @@ impl WithErrors<'_> {
     }
 
     /// The errors with their effect at `values` of the model's parameters.
-    fn errors_at(&self, values: &[f64]) -> Result<BaseErrors, EngineError> {
+    fn errors_at(&self, values: &[f64]) -> Result<PointErrors, EngineError> {
         let Blocks { observed, used, .. } = self.blocks;
         let assembly = self.assembly;
         let errors = match self.training.base_errors {
-            true => BaseErrors::new(assembly, observed, used, values)?,
-            false => BaseErrors::none(observed.len()),
+            true => PointErrors::new(assembly, observed, used, values)?,
+            false => PointErrors::none(observed.len()),
         };
         let errors = match &self.law {
             Some(law) => errors.and(law.changes(observed, used, values)?),
             None => errors,
         };
-        let errors = errors.and(BaseErrors::of_factors(assembly, observed, used, values)?);
+        let errors = errors.and(changes_by_factors_of(assembly, observed, used, values)?);
         Ok(if self.drifts { errors.and(of_drift(observed, used)) } else { errors })
     }
 
     /// What the data tell of `errors` that several points share and that stayed a covariance, and `common`
     /// with these.
-    fn told(&self, common: &Common, errors: &BaseErrors, trained: &Trained) -> (Common, OfSeveral) {
+    fn told(&self, common: &Common, errors: &PointErrors, trained: &Trained) -> (Common, OfSeveral) {
         let Blocks { observed, used, .. } = self.blocks;
         let (linear, order) = &*trained.linear;
         let one_block = in_one_block(errors, observed, used);
@@ -247,7 +247,7 @@ fn parameters(
     assembly: &Assembly,
     common: &[Parameter],
     renamed: &[[String; 2]],
-    channels: Option<&Channels>,
+    channels: Option<&ChannelsOfModes>,
     training: &Training,
 ) -> Result<Parameters, EngineError> {
     let all = assembly.parameters().iter().chain(common).chain(channels.iter().flat_map(|c| &c.parameters));

@@ -1,6 +1,6 @@
 //! Errors of the base states that several installations of the rig share, as parameters beside the model's.
 
-use super::{BaseErrors, Bends, Changes, Learned};
+use super::{Bends, Changes, Learned, PointErrors};
 use crate::data::is_one_block;
 use crate::gaussian::{Training, handed_on};
 use crate::observed::{Observed, Used, same_installation};
@@ -56,12 +56,12 @@ impl Common {
     /// # Errors
     /// [`EngineError::Dense`] if the eigenvalue iteration fails.
     pub(crate) fn of(
-        errors: BaseErrors,
+        errors: PointErrors,
         observed: &[Observed],
         used: &[Used],
         training: &Training,
         bends: &Bends<'_>,
-    ) -> Result<(Self, BaseErrors), EngineError> {
+    ) -> Result<(Self, PointErrors), EngineError> {
         let same = |a: usize, b: usize| same_installation(&observed[a], &observed[b]);
         let sizes: Vec<usize> = used.iter().map(Used::size).collect();
         let rows: usize = sizes.iter().sum();

@@ -16,7 +16,7 @@ use std::f64::consts::PI;
 
 /// The delays and gains of a stage.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Channels {
+pub(super) struct ChannelsOfResponses {
     /// Of every session the delays, then the gains, of its microphones but one.
     pub(super) parameters: Vec<Parameter>,
     /// Names and covariance of what is known of them before, session by session.
@@ -34,7 +34,7 @@ struct Pair<'a> {
     base: usize,
 }
 
-impl Channels {
+impl ChannelsOfResponses {
     /// Of a stage whose responses, and their points, these are; none where nothing is stated of the channels,
     /// or the stage takes them for equal.
     ///

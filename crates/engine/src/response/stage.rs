@@ -1,7 +1,7 @@
 //! Stages of responses, run in order: candidates trained on the same responses and ranked.
 
 use super::aliases::{aliased, with_aliases};
-use super::channels::Channels;
+use super::channels::ChannelsOfResponses;
 use super::errors::Errors;
 use super::ground::{Ground, Learned, law_error};
 use super::head::Rest;
@@ -13,7 +13,7 @@ use super::record::{LoadRecord, ResponseModelRecord, ResponseStageRecord};
 use super::residual::{left, untold};
 use super::rows::rows_of;
 use super::select::{self, Selected};
-use super::train::Training;
+use super::train::ResponseTraining;
 use crate::gaussian::handed_on;
 use crate::rows::Row;
 use crate::run::{EvidenceRecord, TrainedParameter};
@@ -166,7 +166,7 @@ impl ResponseRun {
         let aliases = aliased(&responses, &parameters, &self.told_before(stage))?;
         let parameters = with_aliases(parameters, &aliases)?;
         let starts: Vec<Vec<f64>> = aliases.iter().flat_map(|a| a.starts.clone()).collect();
-        let training = Training {
+        let training = ResponseTraining {
             responses: &responses,
             measured: &data.measured,
             errors: &errors,
@@ -192,7 +192,8 @@ impl ResponseRun {
             }
         };
         let measured = &measured[..];
-        let training = Training { responses: at_last.as_ref().unwrap_or(&responses), measured, ..training };
+        let training =
+            ResponseTraining { responses: at_last.as_ref().unwrap_or(&responses), measured, ..training };
         let (fit, laplace, evidence) = (&found.fit, &found.laplace, found.evidence);
         let mut remarks = found.warnings.clone();
         record.evidence = Some(EvidenceRecord {
@@ -296,7 +297,7 @@ impl ResponseRun {
         let known: Vec<Cause> = before.flat_map(|before| before.causes.iter().cloned()).collect();
         let errors = Errors::of(&self.study, &data.points, &known)?;
         let loads = self.loads(assembly, data, &errors)?;
-        let channels = Channels::of(&self.study, stage, &data.whats, &data.points)?;
+        let channels = ChannelsOfResponses::of(&self.study, stage, &data.whats, &data.points)?;
         Ok(Responses { loads, own: assembly.parameters().len(), errors, channels })
     }
 }

@@ -13,7 +13,7 @@ use std::path::Path;
 /// All of a truth file. Lengths in m, temperatures in K, SI throughout.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct Truth {
+pub(crate) struct BenchTruth {
     pub(crate) name: String,
     /// The campaign beside the truth file.
     pub(crate) campaign: String,
@@ -42,7 +42,7 @@ pub(crate) struct Truth {
     pub(crate) microphones: Microphones,
     #[serde(default)]
     pub(crate) thermometers: Option<Thermometers>,
-    pub(crate) noise: NoiseLevels,
+    pub(crate) noise: BenchNoise,
     /// What the truth means in the words of the competing laws; for people.
     #[serde(default)]
     #[allow(
@@ -112,7 +112,7 @@ pub(crate) struct Thermometers {
 /// Standard deviations of what is observed.
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct NoiseLevels {
+pub(crate) struct BenchNoise {
     /// Of a growth rate, 1/s.
     pub(crate) growth_rate: f64,
     /// Of a frequency, Hz.
@@ -129,7 +129,7 @@ fn one_atmosphere() -> f64 {
     101_325.0
 }
 
-impl Truth {
+impl BenchTruth {
     pub(crate) fn read(path: &Path) -> Result<Self, BenchError> {
         let truth: Self = toml_file::read(path)?;
         let (reference, count) = (truth.microphones.reference, truth.microphones.at.len());

@@ -1,4 +1,5 @@
-//! What errors of the base states do to predictions: a systematic covariance that operating points share.
+//! What errors of points do to predictions: a systematic covariance of what the points share. They are errors of
+//! base states, of factors, of pings that drift, and of laws.
 
 use super::principal::Principal;
 use crate::observed::{Observed, Used};
@@ -15,14 +16,14 @@ pub(crate) type Changes = Vec<(Cause, Vec<f64>)>;
 
 /// For each operating point, the change of its prediction per standard deviation of each cause of error.
 ///
-/// Points that name the same cause share it: it is one random number .
+/// Points that name the same cause share it: it is one random number.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct BaseErrors {
+pub(crate) struct PointErrors {
     points: Vec<Changes>,
 }
 
-impl BaseErrors {
-    /// The changes at the parameter values `values`: slopes along the principal errors of each base state, by
+impl PointErrors {
+    /// The changes by errors of the base states at the parameter values `values`: slopes along the principal errors of each base state, by
     /// a small step.
     ///
     /// Cost: a value of the model per point and principal error, of which fifty causes have about seven; in
@@ -40,22 +41,6 @@ impl BaseErrors {
             changes(assembly, &o.conditions, o.near, &u.microphones, values, None)
         };
         Ok(Self { points: observed.par_iter().zip(used).map(at).in_order::<Result<_, _>>()? })
-    }
-
-    /// As [`BaseErrors::new`], of the errors of factors.
-    ///
-    /// # Errors
-    /// Those of the model at a displaced factor.
-    pub(crate) fn of_factors(
-        assembly: &Assembly,
-        observed: &[Observed],
-        used: &[Used],
-        values: &[f64],
-    ) -> Result<Vec<Changes>, EngineError> {
-        let at = |(o, u): (&Observed, &Used)| {
-            changes_by_factors(assembly, &o.conditions, o.near, &u.microphones, values)
-        };
-        observed.par_iter().zip(used).map(at).in_order()
     }
 
     /// No error at any of so many points.
@@ -201,6 +186,22 @@ pub(crate) fn of_drift(observed: &[Observed], used: &[Used]) -> Vec<Changes> {
         heard.then_some((Cause::Drift, change)).into_iter().collect()
     };
     observed.iter().zip(used).map(change).collect()
+}
+
+/// For each operating point, [`changes_by_factors`].
+///
+/// # Errors
+/// Those of the model at a displaced factor.
+pub(crate) fn changes_by_factors_of(
+    assembly: &Assembly,
+    observed: &[Observed],
+    used: &[Used],
+    values: &[f64],
+) -> Result<Vec<Changes>, EngineError> {
+    let at = |(o, u): (&Observed, &Used)| {
+        changes_by_factors(assembly, &o.conditions, o.near, &u.microphones, values)
+    };
+    observed.par_iter().zip(used).map(at).in_order()
 }
 
 /// The change of the prediction of one point per standard deviation of each factor that is not known exactly.
