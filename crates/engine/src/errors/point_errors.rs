@@ -1,5 +1,5 @@
-//! What errors of points do to predictions: a systematic covariance of what the points share. They are errors of
-//! base states, of factors, of pings that drift, and of laws.
+//! What errors of points do to predictions: a systematic covariance of what the points share. They are errors
+//! of base states, of factors, of pings that drift, and of laws.
 
 use super::principal::Principal;
 use crate::observed::{Observed, Used};
@@ -23,8 +23,8 @@ pub(crate) struct PointErrors {
 }
 
 impl PointErrors {
-    /// The changes by errors of the base states at the parameter values `values`: slopes along the principal errors of each base state, by
-    /// a small step.
+    /// The changes by errors of the base states at the parameter values `values`: slopes along the principal
+    /// errors of each base state, by a small step.
     ///
     /// Cost: a value of the model per point and principal error, of which fifty causes have about seven; in
     /// parallel over points.

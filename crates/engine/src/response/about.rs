@@ -163,8 +163,8 @@ impl ResponseRun {
 }
 
 impl ResponseTraining<'_> {
-    /// As [`ResponseTraining::with_errors`]. Where a stage that looks for no other maxima is left with residuals that
-    /// are no small fault of the model, they are looked for, and a warning says so.
+    /// As [`ResponseTraining::with_errors`]. Where a stage that looks for no other maxima is left with
+    /// residuals that are no small fault of the model, they are looked for, and a warning says so.
     ///
     /// # Errors
     /// As [`ResponseTraining::with_errors`].
@@ -196,13 +196,13 @@ impl ResponseTraining<'_> {
         }
     }
 
-    /// As [`ResponseTraining::found`], with the errors of what is stated taken where the fit ends: `about` are the
-    /// responses with these errors about values of all parameters, and returned as they were last, if there
-    /// are errors.
+    /// As [`ResponseTraining::found`], with the errors of what is stated taken where the fit ends: `about`
+    /// are the responses with these errors about values of all parameters, and returned as they were last, if
+    /// there are errors.
     ///
     /// # Errors
-    /// As [`ResponseTraining::found`], those of `about`, and [`EngineError::Unsettled`] where the errors do not
-    /// settle.
+    /// As [`ResponseTraining::found`], those of `about`, and [`EngineError::Unsettled`] where the errors do
+    /// not settle.
     pub(super) fn with_errors<'r>(
         &self,
         about: &dyn Fn(&[f64]) -> Result<Responses<'r>, EngineError>,

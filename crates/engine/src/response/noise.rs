@@ -178,8 +178,8 @@ fn scaled(measured: &[Measured], heard: &[Vec<C64>], noise: &TwoPart) -> Vec<Mea
     measured.iter().zip(heard).map(one).collect()
 }
 
-/// The numbers with the variances of their noise, the responses at last ([`ResponseTraining::of_a_row`]), and what
-/// training found.
+/// The numbers with the variances of their noise, the responses at last ([`ResponseTraining::of_a_row`]), and
+/// what training found.
 type Settled<'r> = (Vec<Measured>, Option<Responses<'r>>, Found);
 
 /// Trains a model with this noise until the variances are those of what it says itself; before the first fit

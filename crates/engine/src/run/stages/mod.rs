@@ -1,5 +1,5 @@
-//! The table of a stage: the rows that are trained, which of them goes on, and what later stages make of those
-//! that stay open.
+//! The table of a stage: the rows that are trained, which of them goes on, and what later stages make of
+//! those that stay open.
 
 pub(super) mod ahead;
 pub(super) mod assumed;

@@ -72,13 +72,9 @@ pub(in crate::run) fn doubts(
         let scatter = (there.iter().map(|t| (t.1 - mean(&t.0.mode.label)).powi(2)).sum::<f64>() / n).sqrt();
         // Repeats of one point do not ask for an explanation.
         if floats[k] && scatter > MANY * sd && misfit[k] > MANY * sd && misfit[k] > NOTHING * scatter {
-            let how = if misfit[k] < scatter {
-                "is nearly as large as their scatter"
-            } else {
-                "is no smaller than their scatter"
-            };
+            let how = if misfit[k] < scatter { "nearly as large as" } else { "no smaller than" };
             all.push(format!(
-                "the misfit of {what} ({}) {how} ({}): the model explains nearly none of it; check units, signs and priors",
+                "the misfit of {what} ({}) is {how} their scatter ({}): the model explains nearly none of it; check units, signs and priors",
                 shown(misfit[k]),
                 shown(scatter)
             ));

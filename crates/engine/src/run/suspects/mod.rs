@@ -1,5 +1,5 @@
-//! What speaks against the data of a stage, or against a model whose evidence is the best: mistakes that would
-//! explain its residuals, and doubts about it.
+//! What speaks against the data of a stage, or against a model whose evidence is the best: mistakes that
+//! would explain its residuals, and doubts about it.
 //!
 //! Knows a study with what has been trained of it. Knows no table of models and no later stage.
 
