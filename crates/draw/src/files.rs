@@ -4,11 +4,6 @@ use crate::pdf;
 use rijke_numerics::{Failed, write_output, write_within};
 use std::path::Path;
 
-/// The ending of the name of a file.
-fn ending(path: &Path) -> &str {
-    path.extension().and_then(|e| e.to_str()).unwrap_or("")
-}
-
 /// Whether a figure can be written into a file of this name: its ending is `svg` or `pdf`.
 pub fn is_file_of_figures(path: &Path) -> bool {
     matches!(ending(path), "svg" | "pdf")
@@ -26,4 +21,9 @@ pub fn write_figure_as(path: &Path, svg: &str) -> Result<(), Failed> {
 pub fn write_figure(folder: &Path, name: &str, svg: &str) -> Result<(), Failed> {
     write_within(folder, &format!("{name}.svg"), svg)?;
     write_within(folder, &format!("{name}.pdf"), pdf(svg)?)
+}
+
+/// The ending of the name of a file.
+fn ending(path: &Path) -> &str {
+    path.extension().and_then(|e| e.to_str()).unwrap_or("")
 }

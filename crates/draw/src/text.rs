@@ -2,21 +2,6 @@
 
 use super::metrics::advance;
 
-/// A stretch of a label in one style.
-#[derive(Debug, PartialEq, Eq)]
-struct Run<'a> {
-    text: &'a str,
-    italic: bool,
-    level: Level,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Level {
-    Base,
-    Below,
-    Above,
-}
-
 /// Size of sub- and superscripts, and how far they leave the baseline, relative to the font size.
 const SMALL: f64 = 0.72;
 const DROP: f64 = 0.22;
@@ -126,19 +111,6 @@ pub(crate) fn element([x, y]: [f64; 2], turned: bool, anchor: &str, size: f64, l
     out + "</text>"
 }
 
-impl Run<'_> {
-    /// Width at size 1.
-    fn width(&self) -> f64 {
-        let text = if self.level == Level::Above {
-            self.text.replace('-', "\u{2212}")
-        } else {
-            self.text.to_owned()
-        };
-        let scale = if self.level == Level::Base { 1.0 } else { SMALL };
-        scale * advance(&text, self.italic)
-    }
-}
-
 /// Width of a label in pixels, with room for fonts that are wider than Helvetica.
 pub(crate) fn width(label: &str, size: f64) -> f64 {
     ROOM * size * runs(label).iter().map(Run::width).sum::<f64>()
@@ -163,12 +135,40 @@ pub(crate) fn wrapped(label: &str, size: f64, room: f64) -> Vec<String> {
 
 /// A number with `decimals` decimals and a true minus sign.
 pub fn fixed(value: f64, decimals: usize) -> String {
-    let text = format!("{value:.decimals$}");
-    let zero = text.trim_start_matches('-').chars().all(|c| c == '0' || c == '.');
-    match text.strip_prefix('-') {
-        Some(text) if zero => text.to_owned(),
-        Some(text) => format!("\u{2212}{text}"),
-        None => text,
+    rijke_numerics::words::fixed(value, decimals).replace('-', "\u{2212}")
+}
+
+/// Text that is safe inside an element or an attribute of HTML, or of SVG.
+#[must_use]
+pub fn escape(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}
+
+/// A stretch of a label in one style.
+#[derive(Debug, PartialEq, Eq)]
+struct Run<'a> {
+    text: &'a str,
+    italic: bool,
+    level: Level,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Level {
+    Base,
+    Below,
+    Above,
+}
+
+impl Run<'_> {
+    /// Width at size 1.
+    fn width(&self) -> f64 {
+        let text = if self.level == Level::Above {
+            self.text.replace('-', "\u{2212}")
+        } else {
+            self.text.to_owned()
+        };
+        let scale = if self.level == Level::Base { 1.0 } else { SMALL };
+        scale * advance(&text, self.italic)
     }
 }
 
@@ -176,12 +176,6 @@ pub fn fixed(value: f64, decimals: usize) -> String {
 fn typeset(run: &Run) -> String {
     let text = escape(run.text);
     if run.level == Level::Above { text.replace('-', "\u{2212}") } else { text }
-}
-
-/// Text that is safe inside an element or an attribute of HTML, or of SVG.
-#[must_use]
-pub fn escape(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
 /// Cuts a label into stretches. A mark that is not closed is ordinary text, but a `^` before a number, as

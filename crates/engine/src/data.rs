@@ -1,6 +1,6 @@
 //! Observations as the data of an inference.
 
-use crate::errors::{Assemblies, BaseErrors, Scatter};
+use crate::errors::{Assemblies, PointErrors, Scatter};
 use crate::groups::Groups;
 use crate::noise::{NONE, Noise};
 use crate::observed::{Observed, Used, same_installation};
@@ -30,14 +30,14 @@ const TOGETHER: usize = 64;
 
 /// Whether all that was measured at points that share causes of error is one block of data: where errors of
 /// factors are among these, which may move mode shapes as much as eigenvalues, and the points are few.
-pub(crate) fn is_one_block(errors: &BaseErrors, group: &[usize], used: &[Used]) -> bool {
+pub(crate) fn is_one_block(errors: &PointErrors, group: &[usize], used: &[Used]) -> bool {
     group.iter().any(|&p| errors.of_factors_at(p).next().is_some())
         && group.iter().map(|&p| used[p].rows.len()).sum::<usize>() <= TOGETHER
 }
 
 /// For each observation whether its numbers are in one block with those of all that share its causes of
 /// error.
-pub(crate) fn in_one_block(errors: &BaseErrors, observed: &[Observed], used: &[Used]) -> Vec<bool> {
+pub(crate) fn in_one_block(errors: &PointErrors, observed: &[Observed], used: &[Used]) -> Vec<bool> {
     let mut all = vec![false; observed.len()];
     if !errors.are_of_factors() {
         return all;
@@ -118,7 +118,7 @@ impl Blocks<'_> {
     ///
     /// # Errors
     /// As [`Blocks::apart`].
-    pub(crate) fn together(&self, errors: &BaseErrors) -> Result<Ordered, EngineError> {
+    pub(crate) fn together(&self, errors: &PointErrors) -> Result<Ordered, EngineError> {
         let same = |a: usize, b: usize| same_installation(&self.observed[a], &self.observed[b]);
         let (groups, near) = self.groups();
         let knows = |kind: usize, p: usize| self.assemblies.knows(kind, &self.observed[p]);

@@ -21,6 +21,7 @@ mod saved;
 mod shape;
 mod spectrum;
 pub mod told;
+mod trained;
 mod training;
 
 pub use assembly::Assembly;
@@ -35,4 +36,5 @@ pub use predictor::Predictor;
 pub use saved::SavedModel;
 pub use shape::ShapeModel;
 pub use spectrum::{ModeDetails, Spectrum};
-pub use training::{Trained, train};
+pub use trained::Trained;
+pub use training::train;

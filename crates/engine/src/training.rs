@@ -3,81 +3,26 @@
 use crate::data::{Blocks, in_one_block};
 use crate::delays::delays;
 use crate::errors::{
-    Assemblies, BaseErrors, Bends, Carried, Channels, Common, Heard, LawErrors, Learned, OF_INSTALLATION,
-    Scatter, any_varies, of_drift,
+    Assemblies, Bends, Carried, ChannelsOfModes, Common, LawErrors, Learned, OF_INSTALLATION, PointErrors,
+    Scatter, ThroughChannels, any_varies, changes_by_factors_of, of_drift,
 };
-use crate::gaussian::{NamedGaussian, Training};
+use crate::gaussian::Training;
 use crate::observed::{Observed, Used};
 use crate::predictor::{Predictor, Reordered};
+use crate::trained::{OfSeveral, Trained};
 use crate::{Assembly, EngineError};
 use rijke_inference::{
-    AssessOptions, Calls, Data, Evidence, Fit, Forward, Laplace, Linearised, MapOptions, NoiseEstimate,
-    Parameter, Parameters, Posterior, Stop, Verdict,
+    AssessOptions, Data, Evidence, Fit, Forward, Laplace, MapOptions, Parameter, Parameters, Posterior,
 };
 use rijke_numerics::{Matrix, Order};
 use std::collections::BTreeMap;
 use std::sync::Arc;
-
-/// A trained model.
-#[derive(Clone, Debug)]
-pub struct Trained {
-    /// The free parameters: those of the model, then errors of the base states that all installations share
-    /// and delays and gains of channels, if the training had any.
-    pub parameters: Vec<Parameter>,
-    /// How many of them are the model's.
-    pub own: usize,
-    /// What the errors of the base states among them are.
-    pub(crate) common: Option<Common>,
-    /// What was learnt of the errors of assemblies that later stages have points of.
-    pub(crate) learned: Learned,
-    /// Likewise of causes of error.
-    pub(crate) causes: Learned,
-    /// What the data tell of errors that several points share and that stayed a covariance.
-    pub(crate) told: OfSeveral,
-    /// Their most probable values.
-    pub values: Vec<f64>,
-    /// Their covariance, wider where few data chose the noise ([`rijke_inference::Few`]).
-    pub covariance: Matrix,
-    /// Standard deviations of the noise, chosen by the data where they float.
-    pub noise: Vec<NoiseEstimate>,
-    /// The evidence, in nats, in total.
-    pub evidence: Evidence,
-    /// How the search ended.
-    pub stop: Stop,
-    /// Calls of the model that the last search made.
-    pub calls: Calls,
-    /// Reasons not to trust the evidence; empty if it passed its checks or was not checked.
-    pub warnings: Vec<String>,
-    /// The model and its data to first order about these values, and the place of each datum in the
-    /// prediction.
-    pub(crate) linear: Arc<(Linearised, Vec<usize>)>,
-    /// What a sampler said of the evidence, if one was asked.
-    pub sampler: Option<Verdict>,
-    /// Other maxima of the posterior that are not improbable: their odds against this one, and the values of
-    /// the model's parameters there.
-    pub elsewhere: Vec<(f64, Vec<f64>)>,
-}
-
-/// Errors that several points share and that stayed a covariance in a training.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct OfSeveral {
-    /// What the data tell of them: predictions have it. Where points are too many for one block, growth rates
-    /// and frequencies alone: there the pressures of each point have errors of their own in the covariance.
-    pub(crate) learned: Learned,
-    /// The change of every such datum per standard deviation of each.
-    pub(crate) columns: Vec<Vec<f64>>,
-    /// The change of every datum of points that are too many for one block, pressures too.
-    pub(crate) apart: Vec<Vec<f64>>,
-}
 
 /// Most maxima of a delay beside the best that are named, and how many nats lower they lie at most.
 const NAMED: (usize, f64) = (2, 50.0);
 /// Odds below which another maximum is improbable.
 const IMPROBABLE: f64 = 0.01;
 
-/// The fit without errors of the base states is searched again if the fit with them lies more standard
-/// deviations from it than this: it may have missed a maximum.
-const ELSEWHERE: f64 = 10.0;
 /// It has missed one if that search ends more nats lower than this.
 const BETTER: f64 = 1.0;
 
@@ -101,7 +46,7 @@ pub fn train(
     let training = &Training { checks, ..training.clone() };
     let heard_anything = used.iter().any(|u| !u.others.is_empty());
     let channels = if heard_anything {
-        Channels::of(rig, training.channels.as_ref(), &training.microphones)
+        ChannelsOfModes::of(rig, training.channels.as_ref(), &training.microphones)
     } else {
         None
     };
@@ -110,7 +55,7 @@ pub fn train(
         observed.iter().zip(&mut used).for_each(|(o, u)| channels.take_from(o, u));
     }
     let (used, noise) = (&used, &training.noise);
-    let heard = |inner, own| Heard::new(inner, own, channels.as_ref(), observed, used);
+    let heard = |inner, own| ThroughChannels::new(inner, own, channels.as_ref(), observed, used);
     let through = heard(&predictor as &dyn Forward, own);
     let fit = Fitting { assembly, training, model: &through, parameters: &parameters };
     let nothing = Assemblies::default();
@@ -148,51 +93,9 @@ pub fn train(
     }
     let here = if of_factors { predictor.predict(values, Order::Value).ok() } else { None };
     let bends = here.map_or_else(Bends::default, |here| Bends::of(assembly, observed, used, values, &here));
-    // The effect of the errors is taken at `at`, parameters of the model and then of the channels.
-    let with_errors = |at: &[f64]| {
-        let (values, of_channels) = at.split_at(own);
-        let errors = match training.base_errors {
-            true => BaseErrors::new(assembly, observed, used, values)?,
-            false => BaseErrors::none(observed.len()),
-        };
-        let errors = match &law {
-            Some(law) => errors.and(law.changes(observed, used, values)?),
-            None => errors,
-        };
-        let errors = errors.and(BaseErrors::of_factors(assembly, observed, used, values)?);
-        let errors = if drifts { errors.and(of_drift(observed, used)) } else { errors };
-        let (common, errors) = Common::of(errors, observed, used, training, &bends)?;
-        let alone = !training.base_errors && errors.is_none();
-        let (data, order) = if alone { blocks.apart() } else { blocks.together(&errors) }?;
-        let shared = [common.parameters(), assemblies.parameters()].concat();
-        let slopes = assemblies.behind(common.slopes());
-        let parameters = self::parameters(assembly, &shared, &common.known(), channels.as_ref(), training)?;
-        let bent = bends.placed(used, |cause| common.direction_of(cause));
-        let carried = Carried { inner: &predictor, own, slopes: &slopes, bends: &bent };
-        let through = Heard::new(&carried, own + shared.len(), channels.as_ref(), observed, used);
-        let start = [values, &vec![0.0; shared.len()], of_channels].concat();
-        let options = training.search.clone().from(&start);
-        let fitting = Fitting { assembly, training, model: &through, parameters: &parameters };
-        let trained = fitting.finish(&data, order, options, observed.len())?;
-        let Trained { linear, noise, parameters, values, covariance, .. } = &trained;
-        let of_parameters = (&**parameters, &**values, covariance);
-        let learned = assemblies.learned(linear, noise, of_parameters);
-        let one_block = in_one_block(&errors, observed, used);
-        let (_, apart) =
-            errors.of_several(observed, used, &linear.1, |p| if one_block[p] { 0 } else { usize::MAX });
-        let (of_several, columns) =
-            errors.of_several(observed, used, &linear.1, |p| if one_block[p] { usize::MAX } else { 2 });
-        let (for_predictions, names) = common.with(of_several);
-        let sds = vec![1.0; columns.len()];
-        let told = Learned::of(&linear.0, names, &columns, &sds, of_parameters);
-        let told = OfSeveral { learned: told, columns, apart };
-        let mut warnings = common.explained(trained.warnings);
-        warnings.extend(bends.warning());
-        let trained = Trained { learned, told, warnings, common: Some(for_predictions), ..trained };
-        let causes = common.learned(&training.causes, own, &trained.gaussian());
-        Ok::<_, EngineError>(Trained { causes, ..trained })
-    };
-    let trained = with_errors(&rough.parameters)?;
+    let channels = channels.as_ref();
+    let with = WithErrors { assembly, predictor: &predictor, training, blocks, law, drifts, bends, channels };
+    let trained = with.fit(&rough.parameters)?;
     // Other starts may have found a maximum that the fit without errors missed: then their effect is taken
     // there.
     if training.checks.is_none() || !trained.lies_elsewhere(&rough.parameters[..own]) {
@@ -201,8 +104,85 @@ pub fn train(
     let of_channels = &trained.values[trained.parameters.len() - (rough.parameters.len() - own)..];
     let from = [&trained.values[..own], of_channels].concat();
     match fit.search(&data, order, &training.search.clone().from(&from)) {
-        Ok(better) if better.cost < rough.cost - BETTER => with_errors(&better.parameters),
+        Ok(better) if better.cost < rough.cost - BETTER => with.fit(&better.parameters),
         _ => Ok(trained),
+    }
+}
+
+/// A training with errors of the base states, of factors, of drifts and of laws.
+struct WithErrors<'a> {
+    assembly: &'a Assembly,
+    predictor: &'a Predictor<'a>,
+    training: &'a Training,
+    blocks: Blocks<'a>,
+    law: Option<LawErrors>,
+    /// Whether pings that drift have errors of it.
+    drifts: bool,
+    bends: Bends<'a>,
+    channels: Option<&'a ChannelsOfModes>,
+}
+
+impl WithErrors<'_> {
+    /// The fit with the effect of the errors taken at `at`, parameters of the model and then of the channels.
+    fn fit(&self, at: &[f64]) -> Result<Trained, EngineError> {
+        let (training, channels, bends) = (self.training, self.channels, &self.bends);
+        let Blocks { observed, used, assemblies, .. } = self.blocks;
+        let assembly = self.assembly;
+        let own = assembly.parameters().len();
+        let (values, of_channels) = at.split_at(own);
+        let (common, errors) = Common::of(self.errors_at(values)?, observed, used, training, bends)?;
+        let alone = !training.base_errors && errors.is_none();
+        let (data, order) = if alone { self.blocks.apart() } else { self.blocks.together(&errors) }?;
+        let shared = [common.parameters(), assemblies.parameters()].concat();
+        let slopes = assemblies.behind(common.slopes());
+        let parameters = parameters(assembly, &shared, &common.known(), channels, training)?;
+        let bent = bends.placed(used, |cause| common.direction_of(cause));
+        let carried = Carried { inner: self.predictor, own, slopes: &slopes, bends: &bent };
+        let through = ThroughChannels::new(&carried, own + shared.len(), channels, observed, used);
+        let start = [values, &vec![0.0; shared.len()], of_channels].concat();
+        let options = training.search.clone().from(&start);
+        let fitting = Fitting { assembly, training, model: &through, parameters: &parameters };
+        let trained = fitting.finish(&data, order, options, observed.len())?;
+        let Trained { linear, noise, parameters, values, covariance, .. } = &trained;
+        let learned = assemblies.learned(linear, noise, (&**parameters, &**values, covariance));
+        let (for_predictions, told) = self.told(&common, &errors, &trained);
+        let mut warnings = common.explained(trained.warnings);
+        warnings.extend(bends.warning());
+        let trained = Trained { learned, told, warnings, common: Some(for_predictions), ..trained };
+        let causes = common.learned(&training.causes, own, &trained.gaussian());
+        Ok(Trained { causes, ..trained })
+    }
+
+    /// The errors with their effect at `values` of the model's parameters.
+    fn errors_at(&self, values: &[f64]) -> Result<PointErrors, EngineError> {
+        let Blocks { observed, used, .. } = self.blocks;
+        let assembly = self.assembly;
+        let errors = match self.training.base_errors {
+            true => PointErrors::new(assembly, observed, used, values)?,
+            false => PointErrors::none(observed.len()),
+        };
+        let errors = match &self.law {
+            Some(law) => errors.and(law.changes(observed, used, values)?),
+            None => errors,
+        };
+        let errors = errors.and(changes_by_factors_of(assembly, observed, used, values)?);
+        Ok(if self.drifts { errors.and(of_drift(observed, used)) } else { errors })
+    }
+
+    /// What the data tell of `errors` that several points share and that stayed a covariance, and `common`
+    /// with these.
+    fn told(&self, common: &Common, errors: &PointErrors, trained: &Trained) -> (Common, OfSeveral) {
+        let Blocks { observed, used, .. } = self.blocks;
+        let (linear, order) = &*trained.linear;
+        let one_block = in_one_block(errors, observed, used);
+        let (_, apart) =
+            errors.of_several(observed, used, order, |p| if one_block[p] { 0 } else { usize::MAX });
+        let (of_several, columns) =
+            errors.of_several(observed, used, order, |p| if one_block[p] { usize::MAX } else { 2 });
+        let (for_predictions, names) = common.with(of_several);
+        let of_parameters = (&*trained.parameters, &*trained.values, &trained.covariance);
+        let learned = Learned::of(linear, names, &columns, &vec![1.0; columns.len()], of_parameters);
+        (for_predictions, OfSeveral { learned, columns, apart })
     }
 }
 
@@ -212,7 +192,7 @@ fn parameters(
     assembly: &Assembly,
     common: &[Parameter],
     renamed: &[[String; 2]],
-    channels: Option<&Channels>,
+    channels: Option<&ChannelsOfModes>,
     training: &Training,
 ) -> Result<Parameters, EngineError> {
     let all = assembly.parameters().iter().chain(common).chain(channels.iter().flat_map(|c| &c.parameters));
@@ -351,42 +331,5 @@ impl Fitting<'_> {
             elsewhere,
             calls: fit.calls,
         })
-    }
-}
-
-impl Trained {
-    /// The posterior of the parameters, the prior of the next stage.
-    #[must_use]
-    pub fn gaussian(&self) -> NamedGaussian {
-        self.causes.beside(self.learned.beside(self.inferred()))
-    }
-
-    /// The posterior of the parameters and of the errors that several points share: what predictions have.
-    pub(crate) fn of_predictions(&self) -> NamedGaussian {
-        self.told.learned.beside(self.inferred())
-    }
-
-    fn inferred(&self) -> NamedGaussian {
-        let names = self.parameters.iter().map(|p| p.name.clone()).collect();
-        NamedGaussian { names, mean: self.values.clone(), covariance: self.covariance.clone() }
-    }
-
-    /// Whether the most probable values lie far from these of the model's parameters.
-    fn lies_elsewhere(&self, at: &[f64]) -> bool {
-        let far = |((value, at), sd): ((&f64, &f64), f64)| (value - at).abs() > ELSEWHERE * sd;
-        self.values.iter().zip(at).zip(self.sd()).any(far)
-    }
-
-    /// By how much the value of parameter `j` changes with its working coordinate, where it is most probable.
-    pub(crate) fn slope(&self, j: usize) -> f64 {
-        let p = &self.parameters[j];
-        p.physical(p.working(self.values[j]))[1]
-    }
-
-    /// Standard deviation of each parameter.
-    #[must_use]
-    pub fn sd(&self) -> Vec<f64> {
-        let of = |(i, p): (usize, &Parameter)| p.sd_about(self.values[i], self.covariance[(i, i)].sqrt());
-        self.parameters.iter().enumerate().map(of).collect()
     }
 }

@@ -1,7 +1,7 @@
 //! Records of a rig that random noise, a sweep or a periodic sound drives: gains of the channels, pressures,
 //! transmission.
 
-use crate::made::{Made, head, point_of};
+use crate::made::{Files, Made, head, point_of};
 use crate::switched;
 use rijke_numerics::words::counted;
 use rijke_numerics::{Classify, Failed, Tell};
@@ -32,39 +32,7 @@ pub(crate) fn driven(
     let made = Records { records, driven, names };
     let is_whole = matches!(driven.spectra, SpectraKind::Whole { .. });
     let table = if is_whole { "sweep" } else { "random" };
-    if let Some(strange) = driven.switched.iter().find(|s| !(1..n).contains(&s.channel)) {
-        return Err(Failed::bad_input(format!(
-            "[[{table}.switched]]: channel {} of {}",
-            strange.channel, strange.file
-        ))
-        .at(&records.path)
-        .remedy(format!(
-            "Give a channel from 1 to {}: the one that changed places with channel 0.",
-            n.saturating_sub(1)
-        )));
-    }
-    let (mut files, mut pairs) = (Vec::new(), Vec::new());
-    let gains = if driven.straight.is_empty() {
-        match driven.stated(n, &records.path).or_bad_input()? {
-            Some(stated) => {
-                // Spectra of two channels are written without the errors of the gains.
-                if !is_whole && n < 3 && study.rig.microphones.channel_errors().is_none() {
-                    tell.note("warning: stages do not count the errors of the gains that the manifest states: give `gain_sd` and `delay_sd` in [microphones] of rig.toml too".to_owned());
-                }
-                ChannelGains::Stated(stated)
-            }
-            None => {
-                tell.note("warning: the channels are taken to have the same gain, without error: add `straight` and `switched` records, or `[microphones]` with gains and their errors".to_owned());
-                ChannelGains::Equal
-            }
-        }
-    } else {
-        let gains = made.switched()?;
-        pairs = pairs_of(&gains, names, tell);
-        switched::say_inverted(&gains, driven, names, tell);
-        files.push(("gains.csv".to_owned(), gains_table(&gains, names)));
-        ChannelGains::Switched(gains)
-    };
+    let (gains, pairs, mut files) = gains_of(&made, study, table, tell)?;
     let mut toml = head(records);
     toml += "\n[[response]]\nkind = \"pressures\"\n";
     if let Some(sources) = &driven.sources {
@@ -87,20 +55,7 @@ pub(crate) fn driven(
         let (text, bands) = transmission(&heard, specimen, study, index, (records, table))?;
         files.push((format!("transmission/{point}.csv"), text));
         let is_specimen = specimen.points.contains(point);
-        for b in &bands {
-            let ([from, to], [loss, sd], [down, up]) = (b.from_to_hz, b.loss_db, b.through);
-            tell.say(if is_specimen {
-                format!(
-                    "{point}, {from:.0} to {to:.0} Hz: transmission loss {loss:.2} +- {sd:.2} dB, energy {:.3}",
-                    b.energy
-                )
-            } else {
-                format!(
-                    "{point}, {from:.0} to {to:.0} Hz: energy {:.3}, through it downstream {down:.3} and upstream {up:.3}",
-                    b.energy
-                )
-            });
-        }
+        bands.iter().for_each(|band| tell_band(point, band, is_specimen, tell));
         let numbers = |b: &LossBand| {
             [
                 b.from_to_hz[0],
@@ -124,6 +79,62 @@ pub(crate) fn driven(
     files.push(("observations.toml".to_owned(), toml));
     let answer = json!({ "pairs": pairs, "points": points, "transmission": losses, "empty": checks });
     Ok((files, answer))
+}
+
+/// The gains of the channels; what is said of the pairs that were switched, and files of it. `table` is the
+/// table of the manifest.
+fn gains_of(
+    made: &Records<'_>,
+    study: &Study,
+    table: &str,
+    tell: &dyn Tell,
+) -> Result<(ChannelGains, Vec<Value>, Files), Failed> {
+    let Records { records, driven, names } = *made;
+    let n = names.len();
+    if let Some(strange) = driven.switched.iter().find(|s| !(1..n).contains(&s.channel)) {
+        return Err(Failed::bad_input(format!(
+            "[[{table}.switched]]: channel {} of {}",
+            strange.channel, strange.file
+        ))
+        .at(&records.path)
+        .remedy(format!(
+            "Give a channel from 1 to {}: the one that changed places with channel 0.",
+            n.saturating_sub(1)
+        )));
+    }
+    if !driven.straight.is_empty() {
+        let gains = made.switched()?;
+        let pairs = pairs_of(&gains, names, tell);
+        switched::say_inverted(&gains, driven, names, tell);
+        let file = ("gains.csv".to_owned(), gains_table(&gains, names));
+        return Ok((ChannelGains::Switched(gains), pairs, vec![file]));
+    }
+    let Some(stated) = driven.stated(n, &records.path).or_bad_input()? else {
+        tell.note("warning: the channels are taken to have the same gain, without error: add `straight` and `switched` records, or `[microphones]` with gains and their errors".to_owned());
+        return Ok((ChannelGains::Equal, Vec::new(), Vec::new()));
+    };
+    // Spectra of two channels are written without the errors of the gains.
+    let is_whole = matches!(driven.spectra, SpectraKind::Whole { .. });
+    if !is_whole && n < 3 && study.rig.microphones.channel_errors().is_none() {
+        tell.note("warning: stages do not count the errors of the gains that the manifest states: give `gain_sd` and `delay_sd` in [microphones] of rig.toml too".to_owned());
+    }
+    Ok((ChannelGains::Stated(stated), Vec::new(), Vec::new()))
+}
+
+/// Says what passes a specimen, or the empty tube, in a band of frequencies.
+fn tell_band(point: &str, band: &LossBand, is_specimen: bool, tell: &dyn Tell) {
+    let ([from, to], [loss, sd], [down, up]) = (band.from_to_hz, band.loss_db, band.through);
+    tell.say(if is_specimen {
+        format!(
+            "{point}, {from:.0} to {to:.0} Hz: transmission loss {loss:.2} +- {sd:.2} dB, energy {:.3}",
+            band.energy
+        )
+    } else {
+        format!(
+            "{point}, {from:.0} to {to:.0} Hz: energy {:.3}, through it downstream {down:.3} and upstream {up:.3}",
+            band.energy
+        )
+    });
 }
 
 /// Says what was heard at an operating point, and which microphones heard little of it. Of sounds that are

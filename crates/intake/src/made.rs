@@ -5,8 +5,11 @@ use rijke_rig::{DataKind, ExcitedRecords};
 use rijke_study::Study;
 use serde_json::{Value, json};
 
-/// Names and texts of files, and what they say as JSON.
-pub(crate) type Made = (Vec<(String, String)>, Value);
+/// Names and texts of files.
+pub(crate) type Files = Vec<(String, String)>;
+
+/// Files, and what they say as JSON.
+pub(crate) type Made = (Files, Value);
 
 /// The head of `observations.toml`.
 pub(crate) fn head(records: &ExcitedRecords) -> String {

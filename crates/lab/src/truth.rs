@@ -1,9 +1,9 @@
 //! The truth of the virtual laboratory: every value that its physics and its instruments use, each with a
 //! source in `crates/lab/data/truth.toml`. None of them is written into records.
 
-use rijke_numerics::words::{line_of, of_toml};
+use crate::toml_file::{self, TruthFault};
 use serde::{Deserialize, Serialize};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use thiserror::Error;
 
 /// All values of the truth file.
@@ -231,24 +231,9 @@ pub struct Faults {
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum LabError {
-    /// The truth file is absent.
-    #[error("{}: cannot be read ({cause}); check the name", path.display())]
-    ReadTruth {
-        /// Which file.
-        path: PathBuf,
-        /// The operating system's reason.
-        cause: std::io::Error,
-    },
-    /// The truth file does not parse.
-    #[error("{}:{line}: {message}", path.display())]
-    Truth {
-        /// Which file.
-        path: PathBuf,
-        /// Line, from 1.
-        line: usize,
-        /// What the parser says.
-        message: String,
-    },
+    /// The truth file cannot be read, or does not parse.
+    #[error(transparent)]
+    Truth(#[from] TruthFault),
     /// A value of the truth that makes no sense.
     #[error("truth: {key} = {value} is outside {low} to {high}")]
     OutOfRange {
@@ -304,19 +289,16 @@ impl Truth {
     /// # Errors
     /// The file, the line, and the known keys if one is unknown.
     pub fn read(path: &Path) -> Result<Self, LabError> {
-        let text = rijke_numerics::read_text(path)
-            .map_err(|cause| LabError::ReadTruth { path: path.to_owned(), cause })?;
-        Self::parse(&text, path)
+        toml_file::read::<Self>(path)?.validated()
     }
 
     fn parse(text: &str, path: &Path) -> Result<Self, LabError> {
-        let truth: Self = toml::from_str(text).map_err(|error| LabError::Truth {
-            path: path.to_owned(),
-            line: line_of(text, error.span().map_or(0, |span| span.start)),
-            message: of_toml(error.message()),
-        })?;
-        truth.validate()?;
-        Ok(truth)
+        toml_file::parse::<Self>(text, path)?.validated()
+    }
+
+    fn validated(self) -> Result<Self, LabError> {
+        self.validate()?;
+        Ok(self)
     }
 
     /// Checks the values whose folly would show only as nonsense in the records.

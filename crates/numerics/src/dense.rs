@@ -137,6 +137,13 @@ impl Matrix {
         out
     }
 
+    /// The trace of the product with another matrix.
+    #[must_use]
+    pub fn trace_of_product(&self, other: &Self) -> f64 {
+        let row = |i: usize| -> f64 { (0..self.columns).map(|j| self[(i, j)] * other[(j, i)]).sum() };
+        (0..self.rows).map(row).sum()
+    }
+
     /// self * vector.
     ///
     /// # Panics

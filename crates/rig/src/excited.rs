@@ -201,6 +201,40 @@ fn comparison(
     Ok(Comparison { files: keys.files.clone(), unequal, dead, microphones })
 }
 
+/// What `[blow]` says, where the band is in Hz and `gains` tells whether the manifest has `[microphones]`.
+fn of_blow(blow: BlowKeys, gains: bool, [low, high]: [f64; 2], path: &Path) -> Result<Blow, RigError> {
+    let wrong = |place: &str, what| Err(RigError::invalid(path, place, Problem::Keys { what }));
+    let stretch = blow.stretch_s;
+    if !(0.0 <= stretch[0] && stretch[0] < stretch[1]) || blow.files.is_empty() || blow.state.is_empty() {
+        let what = "must have a stretch_s that ascends from 0 or more, files, and a [[blow.state]]";
+        return wrong("[blow]", what);
+    }
+    if gains {
+        let what = "has no meaning for a blow, whose modes need no gains; leave it out";
+        return wrong("[microphones]", what);
+    }
+    let within = |f: &f64| 0.5 * low <= *f && *f <= high;
+    if !blow.state.iter().flat_map(|s| &s.near_hz).all(within) {
+        return wrong("[[blow.state]]", "must have a near_hz within `band_hz`");
+    }
+    Ok(Blow { stretch, files: blow.files, states: blow.state })
+}
+
+/// Full scale of a manifest, and whether it is in V.
+fn scale(manifest: &Manifest, path: &Path) -> Result<(f64, bool), RigError> {
+    let wrong = |(place, problem)| RigError::invalid(path, place, problem);
+    let (full, in_volts) = full_scale(manifest.full_scale_pa, manifest.full_scale.as_ref()).map_err(wrong)?;
+    if full.is_infinite() {
+        return Ok((1.0, in_volts));
+    }
+    if !in_volts && manifest.microphones.is_some() {
+        let what = "must be in V beside [microphones], as in \"10 V\"";
+        return Err(RigError::invalid(path, "`full_scale`", Problem::Keys { what }));
+    }
+    in_range("full_scale", full, 1e-9, 1e9, if in_volts { "V" } else { "Pa" }).map_err(wrong)?;
+    Ok((full, in_volts))
+}
+
 impl ExcitedRecords {
     /// Opens a folder; none if its manifest is one of pings and clicks, or absent.
     ///
@@ -231,16 +265,7 @@ impl ExcitedRecords {
         if manifest.comparison.is_none() && !manifest.dead.is_empty() {
             return wrong("`dead`", "belongs to [comparison]; leave the microphone out of the rig");
         }
-        let scale = full_scale(manifest.full_scale_pa, manifest.full_scale.as_ref());
-        let mut scale = scale.map_err(|(place, problem)| RigError::invalid(&path, place, problem))?;
-        match scale {
-            (full, _) if full.is_infinite() => scale.0 = 1.0,
-            (_, false) if manifest.microphones.is_some() => {
-                return wrong("`full_scale`", "must be in V beside [microphones], as in \"10 V\"");
-            }
-            (full, _) => in_range("full_scale", full, 1e-9, 1e9, if scale.1 { "V" } else { "Pa" })
-                .map_err(|(place, problem)| RigError::invalid(&path, place, problem))?,
-        }
+        let full_scale = scale(&manifest, &path)?;
         let excitation = match (manifest.random, manifest.sweep, manifest.blow, manifest.comparison) {
             (Some(random), None, None, None) => {
                 Excitation::Driven(Box::new(driven(random, "[random]", manifest.microphones, &path)?))
@@ -249,27 +274,7 @@ impl ExcitedRecords {
                 Excitation::Driven(Box::new(driven(sweep, "[sweep]", manifest.microphones, &path)?))
             }
             (None, None, Some(blow), None) => {
-                let stretch = blow.stretch_s;
-                if !(0.0 <= stretch[0] && stretch[0] < stretch[1])
-                    || blow.files.is_empty()
-                    || blow.state.is_empty()
-                {
-                    return wrong(
-                        "[blow]",
-                        "must have a stretch_s that ascends from 0 or more, files, and a [[blow.state]]",
-                    );
-                }
-                if manifest.microphones.is_some() {
-                    return wrong(
-                        "[microphones]",
-                        "has no meaning for a blow, whose modes need no gains; leave it out",
-                    );
-                }
-                let within = |f: &f64| 0.5 * low <= *f && *f <= high;
-                if !blow.state.iter().flat_map(|s| &s.near_hz).all(within) {
-                    return wrong("[[blow.state]]", "must have a near_hz within `band_hz`");
-                }
-                Excitation::Blow(Blow { stretch, files: blow.files, states: blow.state })
+                Excitation::Blow(of_blow(blow, manifest.microphones.is_some(), [low, high], &path)?)
             }
             (None, None, None, Some(keys)) => Excitation::Comparison(Box::new(comparison(
                 &keys,
@@ -294,7 +299,6 @@ impl ExcitedRecords {
                 .ok_or_else(|| RigError::Elsewhere { path: path.clone(), data: elsewhere.clone() })?,
         };
         let Manifest { kind, source, rate_hz, band_hz, channels, arrays, .. } = manifest;
-        let full_scale = scale;
         Ok(Some(Self {
             path,
             kind,

@@ -3,32 +3,21 @@
 use crate::law::Effect;
 use crate::names::{MACH, MASS_FLUX, VELOCITY};
 use crate::plan::Base;
-use crate::{Candidate, Point, Study, StudyProblem};
+use crate::{Candidate, DuctAt, Point, Study, StudyProblem};
 use rijke_inference::Parameter;
+use rijke_numerics::slips::{
+    COLD, PRANDTL, PRESSURE, VISCOSITY, is_light, is_too_late, is_too_long, is_too_wide,
+};
 use rijke_numerics::words::{few, rounded};
 
 /// Microphones nearer than this hear the same, m.
 const ONE_PLACE: f64 = 0.005;
-/// Wider ducts and longer rigs than these, m, are measured in other units if they are wider than a wavelength
-/// at the highest frequency of the search, and longer than [`MOST_WAVELENGTHS`].
-const WIDEST: f64 = 5.0;
-const LONGEST: f64 = 100.0;
-/// Whoever looks for the first mode of a tube, at a quarter of a wavelength, and gives its length in mm,
-/// gives 250.
-const MOST_WAVELENGTHS: f64 = 200.0;
 /// Temperature at which the geometry is looked at, K.
 pub(crate) const LAID_OUT: f64 = 293.15;
 /// Temperatures of rooms, K. Where degrees Celsius are expected, such a number most often is one.
 const ROOM: std::ops::RangeInclusive<f64> = 250.0..=330.0;
-/// Ducts colder than this, K, most often are so warm in degrees Celsius.
-const COLD: f64 = 200.0;
 /// 0 degrees Celsius, K.
 pub(crate) const ZERO: f64 = 273.15;
-/// Pressures of rigs, Pa.
-const PRESSURE: [f64; 2] = [5e3, 1e8];
-/// Prandtl numbers and viscosities, Pa s, of gases at room temperature.
-const PRANDTL: [f64; 2] = [0.1, 1.5];
-const VISCOSITY: [f64; 2] = [5e-6, 5e-5];
 /// Most points that are named.
 const NAMED: usize = 5;
 
@@ -169,7 +158,9 @@ impl Study {
         let mut found: Vec<(&str, usize, f64)> = Vec::new();
         for point in &self.campaign.points {
             let Ok(rig) = self.rig.at(point, point.ambient.map_or(LAID_OUT, |t| t[0])) else { continue };
-            let all = rig.ducts.iter().flat_map(|d| d.temperatures.iter().map(|t| (d.part, *t)));
+            let light = |d: &DuctAt| is_light(d.gas.as_ref().unwrap_or(&self.rig.gas).constant());
+            let all = rig.ducts.iter().filter(|d| !light(d));
+            let all = all.flat_map(|d| d.temperatures.iter().map(|t| (d.part, *t)));
             let coldest = all.min_by(|a, b| a.1.total_cmp(&b.1)).filter(|(_, t)| *t < COLD);
             found.extend(coldest.map(|(part, t)| (point.id.as_str(), part, t)));
         }
@@ -190,8 +181,9 @@ impl Study {
             ("Prandtl number at 20 degC", gas.prandtl, "", PRANDTL),
             ("viscosity at 20 degC", gas.viscosity, " Pa s", VISCOSITY),
         ];
-        let (what, value, unit, [low, high]) =
-            numbers.into_iter().find(|(_, value, _, [low, high])| !(low..=high).contains(&value))?;
+        let known = if is_light(self.rig.gas.constant()) { 1 } else { numbers.len() };
+        let outside = |(_, value, _, [low, high]): &(_, f64, _, [f64; 2])| !(low..=high).contains(&value);
+        let (what, value, unit, [low, high]) = numbers.into_iter().take(known).find(outside)?;
         Some(format!(
             "rig.toml: the gas has a {what} of {}{unit}, and in rigs it lies between {low} and {high}{unit}: check the decimal point and the unit",
             rounded(value)
@@ -221,12 +213,12 @@ impl Study {
         let widest = rig.widest();
         let sound_speed = self.rig.gas.at(LAID_OUT, self.rig.pressure).sound_speed;
         let wavelength = sound_speed / self.rig.search[1][1];
-        if widest > WIDEST.max(wavelength) {
+        if is_too_wide(widest, wavelength) {
             all.push(format!(
                 "rig.toml: a duct is {widest:.4} m wide: a number without a unit is in m; write the unit, as in diameter = \"44 mm\""
             ));
         }
-        if rig.length > LONGEST.max(MOST_WAVELENGTHS * wavelength) {
+        if is_too_long(rig.length, wavelength) {
             all.push(format!(
                 "rig.toml: the rig is {:.4} m long: a number without a unit is in m; write the unit, as in length = \"750 mm\"",
                 rig.length
@@ -236,15 +228,10 @@ impl Study {
     }
 }
 
-/// A delay, s, that is most often one in milliseconds, and the periods at the highest frequency of the search
-/// that it has at least.
-const LATEST: f64 = 1.0;
-const MOST_PERIODS: f64 = 200.0;
-
 /// What is doubtful of a delay, s, of so many periods of the frequency `highest`, Hz.
 pub(crate) fn late(name: &str, delay: f64, highest: f64) -> Option<String> {
     let periods = delay.abs() * highest;
-    (delay.abs() >= LATEST && periods > MOST_PERIODS).then(|| {
+    is_too_late(delay, highest).then(|| {
         format!(
             "`{name}` is {delay} s, {periods:.0} periods of the highest frequency of the search: if these are ms, write {}",
             1e-3 * delay

@@ -19,30 +19,6 @@ const OWN: &str = "study";
 /// Files of a rig beside records or observations: of any rig, and of a heated tube.
 const BESIDE: [&str; 2] = ["rig.toml", "tube.toml"];
 
-/// What such a file states that a study states too.
-#[derive(Deserialize)]
-struct Stated {
-    #[serde(default)]
-    source: String,
-    #[serde(alias = "duct")]
-    tube: Option<Size>,
-    pressure: Option<f64>,
-    gas: Option<Gas>,
-    microphones: Option<Microphones>,
-}
-
-#[derive(Deserialize)]
-struct Size {
-    length: Option<f64>,
-    inner_diameter: Option<f64>,
-}
-
-#[derive(Deserialize)]
-struct Microphones {
-    positions: Vec<f64>,
-    reference: Option<usize>,
-}
-
 impl Study {
     /// Compares what the files of a rig in `folder`, of records or observations, state with the study's
     /// `rig.toml`: length and inner diameter of the tube, places of the microphones and their reference,
@@ -128,4 +104,28 @@ impl Study {
         }
         Ok(())
     }
+}
+
+/// What such a file states that a study states too.
+#[derive(Deserialize)]
+struct Stated {
+    #[serde(default)]
+    source: String,
+    #[serde(alias = "duct")]
+    tube: Option<Size>,
+    pressure: Option<f64>,
+    gas: Option<Gas>,
+    microphones: Option<Microphones>,
+}
+
+#[derive(Deserialize)]
+struct Size {
+    length: Option<f64>,
+    inner_diameter: Option<f64>,
+}
+
+#[derive(Deserialize)]
+struct Microphones {
+    positions: Vec<f64>,
+    reference: Option<usize>,
 }

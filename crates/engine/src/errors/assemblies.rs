@@ -15,6 +15,15 @@ use rijke_numerics::Matrix;
 /// Between the words for an error and the name of its assembly.
 pub(crate) const OF_INSTALLATION: &str = " of installation ";
 
+/// The errors of the assemblies of a training.
+#[derive(Default)]
+pub(crate) struct Assemblies {
+    /// Those of which an earlier stage tells.
+    known: Vec<Effect>,
+    /// Those of which later ones want to know.
+    wanted: Vec<Effect>,
+}
+
 /// An error of one assembly.
 struct Effect {
     /// As a parameter is called; no formula can have such a name.
@@ -27,25 +36,6 @@ struct Effect {
     installation: String,
     /// The change of every number of the prediction, point after point.
     column: Vec<f64>,
-}
-
-/// The errors of the assemblies of a training.
-#[derive(Default)]
-pub(crate) struct Assemblies {
-    /// Those of which an earlier stage tells.
-    known: Vec<Effect>,
-    /// Those of which later ones want to know.
-    wanted: Vec<Effect>,
-}
-
-/// What a training found of errors of assemblies, or of causes, beside its parameters.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Learned {
-    pub(crate) names: Vec<String>,
-    pub(crate) mean: Vec<f64>,
-    pub(crate) covariance: Matrix,
-    /// With the parameters: a row for each error.
-    pub(crate) with_parameters: Matrix,
 }
 
 impl Assemblies {
@@ -137,6 +127,16 @@ impl Assemblies {
         let names = kept.iter().map(|&k| self.wanted[k].name.clone()).collect();
         Learned::of(linear, names, &columns, &sds, parameters)
     }
+}
+
+/// What a training found of errors of assemblies, or of causes, beside its parameters.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Learned {
+    pub(crate) names: Vec<String>,
+    pub(crate) mean: Vec<f64>,
+    pub(crate) covariance: Matrix,
+    /// With the parameters: a row for each error.
+    pub(crate) with_parameters: Matrix,
 }
 
 impl Learned {

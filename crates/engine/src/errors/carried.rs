@@ -1,7 +1,7 @@
 //! Errors that the points of a model share, as parameters of it.
 
 use rijke_inference::{Forward, ForwardError, Prediction};
-use rijke_numerics::{Matrix, Order};
+use rijke_numerics::{Matrix, Order, packed};
 use std::collections::BTreeMap;
 
 /// A model with errors that its points share, to first order or bent; they are parameters after its `own`.
@@ -104,11 +104,10 @@ impl Forward for Carried<'_> {
             }
             for bend in &bends {
                 let Some(k) = bend.errors[row] else { continue };
-                let first = (n + k) * (n + k + 1) / 2;
                 for i in 0..n {
-                    to[first + i] = bend.adds(row, 1, &here, &|f| f.jacobian[(row, i)]);
+                    to[packed(n + k, i)] = bend.adds(row, 1, &here, &|f| f.jacobian[(row, i)]);
                 }
-                to[first + n + k] = bend.adds(row, 2, &here, &|f| f.values[row]);
+                to[packed(n + k, n + k)] = bend.adds(row, 2, &here, &|f| f.values[row]);
             }
         }
         Ok(Prediction { values, jacobian, curvature })

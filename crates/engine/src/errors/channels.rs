@@ -3,14 +3,14 @@
 use crate::observed::{Observed, Used};
 use crate::{NamedGaussian, Training};
 use rijke_inference::{Forward, ForwardError, InferenceError, Parameter, Parameters, Prediction, Prior};
-use rijke_numerics::{C64, Matrix, Order};
+use rijke_numerics::{C64, Matrix, Order, packed};
 use rijke_rig::{ChannelErrors, ModeRows};
 use rijke_study::Rig;
 
 /// The delays and gains of the chosen microphones but the reference, which a training finds together with the
 /// model: a relative pressure P is measured as P (1 - s d + g). Taken as noise of each point, their error
 /// would seem to vanish in the mean over points; as parameters it stays.
-pub(crate) struct Channels {
+pub(crate) struct ChannelsOfModes {
     /// First the delays d, then the gains g.
     pub(crate) parameters: Vec<Parameter>,
     /// The microphones, but the reference.
@@ -19,7 +19,7 @@ pub(crate) struct Channels {
     pub(crate) covariance: Matrix,
 }
 
-impl Channels {
+impl ChannelsOfModes {
     /// None where nothing is known of the calibration, or one microphone alone is used.
     pub(crate) fn of(rig: &Rig, errors: Option<&ChannelErrors>, chosen: &[usize]) -> Option<Self> {
         let errors = errors?;
@@ -101,7 +101,7 @@ fn name(word: &str, microphone: &str) -> String {
 }
 
 /// A model heard through channels whose delays and gains are parameters after its own.
-pub(crate) struct Heard<'a> {
+pub(crate) struct ThroughChannels<'a> {
     pub(crate) inner: &'a dyn Forward,
     /// Number of its parameters.
     pub(crate) own: usize,
@@ -112,11 +112,11 @@ pub(crate) struct Heard<'a> {
     pub(crate) others: usize,
 }
 
-impl<'a> Heard<'a> {
+impl<'a> ThroughChannels<'a> {
     pub(crate) fn new(
         inner: &'a dyn Forward,
         own: usize,
-        channels: Option<&Channels>,
+        channels: Option<&ChannelsOfModes>,
         observed: &[Observed],
         used: &[Used],
     ) -> Self {
@@ -127,7 +127,7 @@ impl<'a> Heard<'a> {
     }
 }
 
-impl Forward for Heard<'_> {
+impl Forward for ThroughChannels<'_> {
     fn predict(&self, parameters: &[f64], order: Order) -> Result<Prediction, ForwardError> {
         if self.others == 0 {
             return self.inner.predict(parameters, order);
@@ -179,7 +179,7 @@ impl Forward for Heard<'_> {
             }
             for (k, z) in by_error {
                 let i = self.own + k;
-                (0..self.own).for_each(|j| set(i * (i + 1) / 2 + j, slope(j) * z));
+                (0..self.own).for_each(|j| set(packed(i, j), slope(j) * z));
             }
         }
         Ok(heard)
@@ -221,7 +221,7 @@ mod tests {
     #[test]
     fn order_derivatives_through_channels_have_falling_taylor_remainders() {
         let heard = [C64::new(-1.0, 2.0), C64::new(-2.0, 3.0)].map(|s| (s, vec![0])).to_vec();
-        let heard = Heard { inner: &Squares, own: 2, heard, others: 1 };
+        let heard = ThroughChannels { inner: &Squares, own: 2, heard, others: 1 };
         let (at, along) = ([0.7, 0.4, 0.02, -0.03], [0.3, -0.5, 0.2, 0.4]);
         let values = |h: f64| {
             let moved: Vec<f64> = at.iter().zip(along).map(|(a, d)| a + h * d).collect();
@@ -230,10 +230,7 @@ mod tests {
         let here = values(0.0);
         for row in 0..8 {
             let first: f64 = (0..4).map(|i| here.jacobian[(row, i)] * along[i]).sum();
-            let bend = |i: usize, j: usize| {
-                let (i, j) = (i.max(j), i.min(j));
-                here.curvature[row * 10 + i * (i + 1) / 2 + j]
-            };
+            let bend = |i: usize, j: usize| here.curvature[row * 10 + packed(i, j)];
             let second: f64 = (0..4)
                 .flat_map(|i| (0..4).map(move |j| (i, j)))
                 .map(|(i, j)| bend(i, j) * along[i] * along[j])

@@ -1,6 +1,6 @@
 //! Errors of the base states that several installations of the rig share, as parameters beside the model's.
 
-use super::{BaseErrors, Bends, Changes, Learned};
+use super::{Bends, Changes, Learned, PointErrors};
 use crate::data::is_one_block;
 use crate::gaussian::{Training, handed_on};
 use crate::observed::{Observed, Used, same_installation};
@@ -56,12 +56,12 @@ impl Common {
     /// # Errors
     /// [`EngineError::Dense`] if the eigenvalue iteration fails.
     pub(crate) fn of(
-        errors: BaseErrors,
+        errors: PointErrors,
         observed: &[Observed],
         used: &[Used],
         training: &Training,
         bends: &Bends<'_>,
-    ) -> Result<(Self, BaseErrors), EngineError> {
+    ) -> Result<(Self, PointErrors), EngineError> {
         let same = |a: usize, b: usize| same_installation(&observed[a], &observed[b]);
         let sizes: Vec<usize> = used.iter().map(Used::size).collect();
         let rows: usize = sizes.iter().sum();
@@ -292,7 +292,7 @@ mod tests {
     use rijke_inference::{
         Data, Forward, ForwardError, MapOptions, NoiseGroup, Observation, Parameters, Posterior, Prediction,
     };
-    use rijke_numerics::Order;
+    use rijke_numerics::{Order, packed};
 
     /// Two parameters, six numbers: y = A a, and a bend of the first parameter.
     struct Bent;
@@ -380,8 +380,7 @@ mod tests {
                 assert!((slope - here.jacobian[(row, k)]).abs() < 1e-9);
                 for j in 0..4 {
                     let bend = (up.jacobian[(row, j)] - down.jacobian[(row, j)]) / (2.0 * h);
-                    let (i, j) = (k.max(j), k.min(j));
-                    assert!((bend - here.curvature[row * 10 + i * (i + 1) / 2 + j]).abs() < 1e-9);
+                    assert!((bend - here.curvature[row * 10 + packed(k, j)]).abs() < 1e-9);
                 }
             }
         }

@@ -3,20 +3,22 @@
 //! which candidates compete.
 
 mod assemblies;
-mod base;
 mod bends;
 mod carried;
 mod channels;
 mod common;
 mod law;
+mod point_errors;
 mod principal;
 mod varying;
 
 pub(crate) use assemblies::{Assemblies, Learned, OF_INSTALLATION};
-pub(crate) use base::{BaseErrors, Changes, changes, changes_by_factors, of_drift};
 pub(crate) use bends::Bends;
 pub(crate) use carried::Carried;
-pub(crate) use channels::{Channels, Heard};
+pub(crate) use channels::{ChannelsOfModes, ThroughChannels};
 pub(crate) use common::Common;
 pub(crate) use law::LawErrors;
+pub(crate) use point_errors::{
+    Changes, PointErrors, changes, changes_by_factors, changes_by_factors_of, of_drift,
+};
 pub(crate) use varying::{Scatter, any_varies};

@@ -46,17 +46,7 @@ pub fn rank(
     warn_of(&study, observations, tell)?;
     warn_of_records(&dir, tell);
     if let Some(id) = options.until {
-        if study.plan.response(id).is_some() {
-            return Err(Failed::bad_input(format!(
-                "--until {id}: that stage trains on responses, and these all run before those of modes"
-            ))
-            .at(&dir.join("study.toml"))
-            .remedy(
-                "Name a stage of modes, or keep the stages of responses in a study folder of their own.",
-            ));
-        }
-        let (place, _) = study.plan.stage(id).ok_or_else(|| no_stage(id, &study.plan, &dir))?;
-        study.plan.end_after(place);
+        cut_after(&mut study, id)?;
     }
     let (mut responses, mut grounds) = (None, Vec::new());
     if !study.plan.responses.is_empty() {
@@ -79,15 +69,7 @@ pub fn rank(
     warn_of_left_out(&run.left_out, tell);
     run.heat.iter().for_each(|heat| tell_heat(heat, tell));
     let (mut stages, mut answers) = (Vec::new(), Vec::new());
-    // A search that does not end costs what stands on it, and nothing else; any other error ends the ranking.
-    let left_out = |what: String, error: EngineError| match error {
-        EngineError::NotConverged { .. } => {
-            tell.note(format!("warning: {what} is left out: {error}"));
-            Ok(())
-        }
-        other => Err(wrong(other)),
-    };
-    let models = folder.join("models");
+    let told = Told { dir: &dir, tell };
     for _ in &plan.stages {
         let stage = match run.next_stage() {
             Ok(Some(stage)) => stage,
@@ -99,22 +81,8 @@ pub fn rank(
             }
         };
         progress(1);
-        let id = &stage.id;
-        answers.push(run.overview(id).map_err(wrong)?);
-        match run.saved(id) {
-            Ok(model) => keep(&models, id, &model)?,
-            Err(error) => left_out(format!("the model of stage {id}"), error)?,
-        }
-        match run.saved_rival(id) {
-            Ok(Some(rival)) => keep(&models, &rival_of(id), &rival)?,
-            Ok(None) => {}
-            Err(error) => left_out(format!("the second model of stage {id}"), error)?,
-        }
-        match run.saved_open(id) {
-            Ok(open) if open.is_empty() => {}
-            Ok(open) => keep(&models, &open_of(id), &open)?,
-            Err(error) => left_out(format!("the average over models of stage {id}"), error)?,
-        }
+        answers.push(run.overview(&stage.id).map_err(wrong)?);
+        told.keep_models(&run, &stage.id, &folder.join("models"))?;
         progress(1);
         stages.push(stage);
     }
@@ -125,7 +93,7 @@ pub fn rank(
             Err(error @ (EngineError::Network { .. } | EngineError::NothingToAnswer { .. })) => {
                 tell.note(format!("warning: the answer to `{}` is left out: {error}", question.id));
             }
-            Err(error) => left_out(format!("the answer to `{}`", question.id), error)?,
+            Err(error) => told.left_out(format!("the answer to `{}`", question.id), error)?,
         }
         progress(1);
     }
@@ -136,24 +104,83 @@ pub fn rank(
             Ok((model, open)) => {
                 answers.push(mapped_by(study, observations, asked, &model, &open, options.foresee)?);
             }
-            Err(error) => left_out(format!("the map `{}`", asked.id), error)?,
+            Err(error) => told.left_out(format!("the map `{}`", asked.id), error)?,
         }
         progress(1);
     }
     drop(progress);
     let verdicts = verdicts(&claims, observations.kind, &stages, &answers);
+    let results = Results { stages, answers, verdicts };
+    keep_numbers(&results, folder, &dir)?;
+    Ok((results, responses))
+}
+
+/// Leaves out the stages of a study behind `id`.
+fn cut_after(study: &mut Study, id: &str) -> Result<(), Failed> {
+    let dir = study.folder.clone();
+    if study.plan.response(id).is_some() {
+        let why =
+            format!("--until {id}: that stage trains on responses, and these all run before those of modes");
+        let remedy = "Name a stage of modes, or keep the stages of responses in a study folder of their own.";
+        return Err(Failed::bad_input(why).at(&dir.join("study.toml")).remedy(remedy));
+    }
+    let (place, _) = study.plan.stage(id).ok_or_else(|| no_stage(id, &study.plan, &dir))?;
+    study.plan.end_after(place);
+    Ok(())
+}
+
+/// To whom it is told what a ranking of the study in `dir` leaves out.
+struct Told<'a> {
+    dir: &'a Path,
+    tell: &'a dyn Tell,
+}
+
+impl Told<'_> {
+    /// A search that does not end costs what stands on it, and nothing else; any other error ends the
+    /// ranking.
+    fn left_out(&self, what: String, error: EngineError) -> Result<(), Failed> {
+        match error {
+            EngineError::NotConverged { .. } => {
+                self.tell.note(format!("warning: {what} is left out: {error}"));
+                Ok(())
+            }
+            other => Err(of_the_engine(&other, self.dir)),
+        }
+    }
+
+    /// Keeps the model of a stage, the second one, and those that it leaves open.
+    fn keep_models(&self, run: &Run, id: &str, models: &Path) -> Result<(), Failed> {
+        match run.saved(id) {
+            Ok(model) => keep(models, id, &model)?,
+            Err(error) => self.left_out(format!("the model of stage {id}"), error)?,
+        }
+        match run.saved_rival(id) {
+            Ok(Some(rival)) => keep(models, &rival_of(id), &rival)?,
+            Ok(None) => {}
+            Err(error) => self.left_out(format!("the second model of stage {id}"), error)?,
+        }
+        match run.saved_open(id) {
+            Ok(open) if open.is_empty() => {}
+            Ok(open) => keep(models, &open_of(id), &open)?,
+            Err(error) => self.left_out(format!("the average over models of stage {id}"), error)?,
+        }
+        Ok(())
+    }
+}
+
+/// Keeps what was found, and of which files of the study in `dir`.
+fn keep_numbers(results: &Results, folder: &Path, dir: &Path) -> Result<(), Failed> {
     let numbers = folder.join("numbers");
-    for stage in &stages {
+    for stage in &results.stages {
         keep(&numbers, &format!("stage-{}", stage.id), stage)?;
     }
-    for answer in &answers {
+    for answer in &results.answers {
         keep(&numbers, &format!("answer-{}", answer.id), answer)?;
     }
-    let of = MadeOf::study(&dir).or_bad_input().map_err(|f| f.at(&dir))?;
+    let of = MadeOf::study(dir).or_bad_input().map_err(|f| f.at(dir))?;
     of.write(folder).or_failed()?;
     // Last: a folder with this file is finished.
-    keep(&numbers, "claims", &verdicts)?;
-    Ok((Results { stages, answers, verdicts }, responses))
+    keep(&numbers, "claims", &results.verdicts)
 }
 
 /// The map that a study asks for, by the model of its stage and those that are open beside it.

@@ -10,16 +10,6 @@ use rijke_network::{NetworkError, Slot};
 use rijke_study::names::{S, WALL_EP, WALL_MU};
 use rijke_study::{Coefficient, Effect, Place};
 
-/// The laws of one effect at many places. Where the law is a number of the local gas times something that is
-/// the same everywhere, all places share one law with a weight; elsewhere places of the same gas do.
-#[derive(Default)]
-struct Shared {
-    /// The law, and its number at the place where it is evaluated.
-    scaled: Option<(usize, f64)>,
-    /// Surroundings and law.
-    own: Vec<(usize, usize)>,
-}
-
 impl PointModel<'_> {
     pub(super) fn effect(&self, law: &LawAt) -> &Effect {
         &self.assembly.candidates()[law.candidate].effects[law.effect]
@@ -223,6 +213,16 @@ impl PointModel<'_> {
         }
         self.laws.extend(missing);
     }
+}
+
+/// The laws of one effect at many places. Where the law is a number of the local gas times something that is
+/// the same everywhere, all places share one law with a weight; elsewhere places of the same gas do.
+#[derive(Default)]
+struct Shared {
+    /// The law, and its number at the place where it is evaluated.
+    scaled: Option<(usize, f64)>,
+    /// Surroundings and law.
+    own: Vec<(usize, usize)>,
 }
 
 fn at_place(coefficient: Coefficient, j: usize) -> Slot {

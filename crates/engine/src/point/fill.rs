@@ -1,7 +1,7 @@
 //! The laws of an operating point at given values of the free parameters, as coefficients of its network.
 
 use super::model::{LawAt, PointModel};
-use super::poles::{Acting, poles};
+use super::poles::{Acting, SAMPLES, poles};
 use crate::assembly::{Erring, part_of_wall};
 use rijke_formula::{Formula, Here};
 use rijke_network::{At, Coefficients, Laws, NetworkError, Pole, Region, laws::Law, levine_schwinger};
@@ -25,11 +25,6 @@ impl<'m> Filled<'m> {
         Self { model, values, numbers: model.assembly.numbers(values) }
     }
 
-    /// The model whose laws these are.
-    pub(super) fn model(&self) -> &'m PointModel<'m> {
-        self.model
-    }
-
     /// Laws with their numbers, walls first.
     fn in_order(&self) -> impl Iterator<Item = (usize, &'m LawAt, &'m Effect)> {
         let model: &'m PointModel<'m> = self.model;
@@ -40,6 +35,15 @@ impl<'m> Filled<'m> {
     fn law_number(&self, k: usize) -> &Formula {
         let law = &self.model.laws[k];
         self.model.prepared.get(k).unwrap_or_else(|| &self.model.effect(law).law)
+    }
+
+    /// All laws but those of sources that answer to a velocity elsewhere.
+    fn fill_laws(&self, at: &At, laws: &mut Laws) {
+        if at.space() == JetSpace::new(1, Order::First) {
+            self.fill_in_s(at.s(), laws);
+        } else {
+            self.fill_jets(at, laws);
+        }
     }
 
     /// Values and derivatives in s: for root searches and modes.
@@ -134,27 +138,23 @@ impl<'m> Coefficients for Filled<'m> {
     }
 
     fn laws(&self) -> usize {
-        self.model.laws.len() + 2 * self.model.heard.len() + 4 * self.model.spread.len()
+        self.model.laws.len() + self.model.heard.laws()
     }
 
     fn fill(&self, at: &At, laws: &mut Laws) {
-        if at.space() == JetSpace::new(1, Order::First) {
-            self.fill_in_s(at.s(), laws);
-        } else {
-            self.fill_jets(at, laws);
-        }
-        self.fill_heard(at, laws);
+        self.fill_laws(at, laws);
+        self.model.heard.fill(self.model.laws.len(), at, laws);
     }
 
     fn reference_at(&self, law: usize) -> Option<f64> {
-        self.model.heard.get(law.checked_sub(self.model.laws.len())? / 2).map(|heard| heard.distance)
+        self.model.heard.reference_at(law.checked_sub(self.model.laws.len())?)
     }
 
     fn poles_in(&self, region: &Region) -> Result<Vec<Pole>, NetworkError> {
         let acting = |(k, law, effect): (usize, &LawAt, &'m Effect)| {
             let owner = [law.candidate, law.around];
             // The pieces of a spread flame have the poles of the first.
-            let has = !effect.place.is_along() && !self.model.spread.iter().any(|flame| flame.repeats(k));
+            let has = !effect.place.is_along() && !self.model.heard.repeats(k);
             let (around, numbers) = (&self.model.surroundings[law.around], &self.numbers[law.candidate]);
             has.then(|| Acting { law: k, owner, formula: effect.law.of_s(around, numbers) })
         };
@@ -169,15 +169,16 @@ impl<'m> Coefficients for Filled<'m> {
             let found = part.evaluate_in_s(&here, &[]);
             [found.value, found.slope]
         });
-        self.poles_of_heard(&mut all, region)?;
+        let fill = |at: &At, laws: &mut Laws| self.fill_laws(at, laws);
+        let by = (self.model.spacing / SAMPLES, |_: usize| 0.0);
+        self.model.heard.poles(self.model.laws.len(), &mut all, region, fill, by)?;
         Ok(all)
     }
 
     fn name(&self, law: usize) -> String {
-        let number = match law.checked_sub(self.model.laws.len()) {
-            Some(beyond) => self.model.heard_law(beyond).unwrap_or(law),
-            None => law,
-        };
+        let beyond = law.checked_sub(self.model.laws.len());
+        let heard = beyond.and_then(|beyond| self.model.heard.source_of(beyond));
+        let number = heard.map_or(law, |source| source.law);
         let Some(law) = self.model.laws.get(number) else { return format!("law {law}") };
         let effect = self.model.effect(law);
         format!(
@@ -206,26 +207,12 @@ fn radiation(effect: &Effect, around: &[f64], s: C64) -> [Option<[C64; 3]>; 2] {
     [unflanged, flanged]
 }
 
-/// The same jet with seeds `to` (and s) in place of `from` (and s); every seed of `from` is among `to`.
+/// The same jet with seeds `to` (and s) in place of `from` (and s); a seed that is not among `to` is left
+/// out.
 fn spread(jet: &Jet, from: &[usize], to: &[usize]) -> Jet {
     if from == to {
         return jet.clone();
     }
     let place = |i: usize| from.get(i).map_or(Some(to.len()), |seed| to.iter().position(|t| t == seed));
-    let places: Vec<Option<usize>> = (0..=from.len()).map(place).collect();
-    let n = to.len() + 1;
-    let mut gradient = vec![C64::ZERO; if jet.gradient().is_empty() { 0 } else { n }];
-    let mut hessian = vec![C64::ZERO; if jet.hessian_packed().is_empty() { 0 } else { n * (n + 1) / 2 }];
-    for (i, slope) in jet.gradient().iter().enumerate() {
-        let Some(a) = places[i] else { continue };
-        gradient[a] = *slope;
-        for j in 0..=i {
-            let Some(b) = places[j] else { continue };
-            let (row, column) = (a.max(b), a.min(b));
-            if let Some(to) = hessian.get_mut(row * (row + 1) / 2 + column) {
-                *to = jet.hessian(i, j);
-            }
-        }
-    }
-    Jet::from_parts(jet.value(), gradient, hessian)
+    JetSpace::new(to.len() + 1, jet.order()).take(jet, place)
 }

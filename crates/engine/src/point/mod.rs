@@ -27,6 +27,7 @@ use fill::Filled;
 use model::LawAt;
 pub use model::PointModel;
 use rijke_network::flow_chain::FlowChain;
+use rijke_network::laws::Heard;
 use rijke_network::{Chain, Coefficients, Network, NetworkError, Newton, Places, Response, Root, Workspace};
 use rijke_numerics::{C64, Jet, Order};
 use rijke_study::MeanFlow;
@@ -88,8 +89,7 @@ impl<'a> PointModel<'a> {
             prepared: Vec::new(),
             surroundings: Vec::new(),
             order: Vec::new(),
-            heard: Vec::new(),
-            spread: Vec::new(),
+            heard: Heard::default(),
             places,
             cuts,
             reference,

@@ -4,7 +4,7 @@ use crate::assembly::Assembly;
 use crate::shape::ShapeModel;
 use rijke_formula::Formula;
 use rijke_network::flow_chain::FlowChain;
-use rijke_network::laws::{RemoteSource, RemoteSpread};
+use rijke_network::laws::Heard;
 use rijke_network::{Network, Places};
 use rijke_numerics::C64;
 
@@ -24,10 +24,8 @@ pub struct PointModel<'a> {
     pub(super) surroundings: Vec<Vec<f64>>,
     /// Numbers of the laws, those of walls first, because what they lose is a name of the others.
     pub(super) order: Vec<usize>,
-    /// Sources that answer to a velocity elsewhere; each has two more laws, k_eu and k_ep, after `laws`.
-    pub(super) heard: Vec<RemoteSource>,
-    /// Flames spread along ducts; each has four more laws, k_eu, k_mu, k_ep and k_mp, after those.
-    pub(super) spread: Vec<RemoteSpread>,
+    /// Sources that answer to a velocity elsewhere, whose own laws follow `laws`.
+    pub(super) heard: Heard,
     pub(super) places: Places,
     /// Places at which further effects are tried.
     pub(super) cuts: Vec<usize>,
@@ -36,16 +34,6 @@ pub struct PointModel<'a> {
     pub(super) guess: C64,
     /// Distance between the modes of an open tube of this travel time, rad/s.
     pub(super) spacing: f64,
-}
-
-impl PointModel<'_> {
-    /// The law that is T of what law number `beyond` after `laws` is a coefficient of.
-    pub(super) fn heard_law(&self, beyond: usize) -> Option<usize> {
-        match beyond.checked_sub(2 * self.heard.len()) {
-            None => self.heard.get(beyond / 2).map(|heard| heard.law),
-            Some(k) => self.spread.get(k / 4).map(|flame| flame.source.law),
-        }
-    }
 }
 
 /// Effect number `effect` of candidate number `candidate`, evaluated in surroundings number `around`.

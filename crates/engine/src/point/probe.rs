@@ -80,13 +80,11 @@ impl PointModel<'_> {
                 let of = |l: &LawAt| [l.candidate, l.effect];
                 // Both coefficients of a source upstream of which the velocity is are in proportion to its
                 // law; those of a loop are not.
-                let heard = self.heard.iter().flat_map(|heard| {
-                    let owner =
-                        if heard.distance < 0.0 { of(&self.laws[heard.law]) } else { [usize::MAX; 2] };
-                    [owner; 2]
+                let heard = (0..self.heard.laws()).map(|beyond| match self.heard.source_of(beyond) {
+                    Some(source) if !source.is_a_loop() => of(&self.laws[source.law]),
+                    _ => [usize::MAX; 2],
                 });
-                let spread = self.spread.iter().flat_map(|flame| [of(&self.laws[flame.source.law]); 4]);
-                self.laws.iter().map(of).chain(heard).chain(spread).collect()
+                self.laws.iter().map(of).chain(heard).collect()
             }
             Some(shape) => {
                 let of = |law: &LawOf| match *law {

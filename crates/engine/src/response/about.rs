@@ -7,7 +7,7 @@ use super::residual::POOR;
 use super::residual::left;
 use super::select::Selected;
 use super::stage::ResponseRun;
-use super::train::{Found, Training, moved};
+use super::train::{Found, ResponseTraining, moved};
 use crate::{Assembly, EngineError};
 use rijke_inference::Parameter;
 use rijke_numerics::{C64, Jet, Order};
@@ -162,12 +162,12 @@ impl ResponseRun {
     }
 }
 
-impl Training<'_> {
-    /// As [`Training::with_errors`]. Where a stage that looks for no other maxima is left with residuals that
-    /// are no small fault of the model, they are looked for, and a warning says so.
+impl ResponseTraining<'_> {
+    /// As [`ResponseTraining::with_errors`]. Where a stage that looks for no other maxima is left with
+    /// residuals that are no small fault of the model, they are looked for, and a warning says so.
     ///
     /// # Errors
-    /// As [`Training::with_errors`].
+    /// As [`ResponseTraining::with_errors`].
     pub(super) fn of_a_row<'r>(
         &self,
         about: &dyn Fn(&[f64]) -> Result<Responses<'r>, EngineError>,
@@ -181,7 +181,7 @@ impl Training<'_> {
             return first;
         }
         let checked = ResponseStage { checked: true, ..self.stage.clone() };
-        let again = Training { stage: &checked, ..*self }.with_errors(about);
+        let again = ResponseTraining { stage: &checked, ..*self }.with_errors(about);
         let worth = |found: &Found| found.evidence.ln_marginal;
         match (first, again) {
             (Ok((_, one)), Ok((at_last, mut best))) if worth(&best) > worth(&one) + BETTER => {
@@ -196,13 +196,13 @@ impl Training<'_> {
         }
     }
 
-    /// As [`Training::found`], with the errors of what is stated taken where the fit ends: `about` are the
-    /// responses with these errors about values of all parameters, and returned as they were last, if there
-    /// are errors.
+    /// As [`ResponseTraining::found`], with the errors of what is stated taken where the fit ends: `about`
+    /// are the responses with these errors about values of all parameters, and returned as they were last, if
+    /// there are errors.
     ///
     /// # Errors
-    /// As [`Training::found`], those of `about`, and [`EngineError::Unsettled`] where the errors do not
-    /// settle.
+    /// As [`ResponseTraining::found`], those of `about`, and [`EngineError::Unsettled`] where the errors do
+    /// not settle.
     pub(super) fn with_errors<'r>(
         &self,
         about: &dyn Fn(&[f64]) -> Result<Responses<'r>, EngineError>,
@@ -212,12 +212,12 @@ impl Training<'_> {
         }
         let quick = ResponseStage { checked: false, ..self.stage.clone() };
         // Without errors there need not be a fit.
-        let mut before = Training { stage: &quick, ..*self }.found().ok().map(|found| found.fit);
+        let mut before = ResponseTraining { stage: &quick, ..*self }.found().ok().map(|found| found.fit);
         let mut at = before.as_ref().map_or_else(|| self.middle(), |fit| fit.parameters.clone());
         let (mut stage, mut last, mut share) = (&quick, f64::INFINITY, 1.0_f64);
         for _ in 0..FITS {
             let responses = about(&at)?;
-            let found = Training { responses: &responses, stage, ..*self }.found_from(before)?;
+            let found = ResponseTraining { responses: &responses, stage, ..*self }.found_from(before)?;
             let moved = moved(&found.laplace, &found.fit.parameters, &at);
             if moved < STAYS && (stage.checked || !self.stage.checked) {
                 return Ok((Some(responses), found));

@@ -7,7 +7,7 @@
 
 use crate::EngineError;
 use rijke_inference::{InferenceError, Parameter, Parameters, Prior};
-use rijke_numerics::{C64, Jet, Matrix};
+use rijke_numerics::{C64, Jet, JetSpace, Matrix};
 use rijke_rig::ChannelErrors;
 use rijke_study::Study;
 use rijke_study::responses::{ResponseKind, ResponseStage};
@@ -16,7 +16,7 @@ use std::f64::consts::PI;
 
 /// The delays and gains of a stage.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Channels {
+pub(super) struct ChannelsOfResponses {
     /// Of every session the delays, then the gains, of its microphones but one.
     pub(super) parameters: Vec<Parameter>,
     /// Names and covariance of what is known of them before, session by session.
@@ -34,7 +34,7 @@ struct Pair<'a> {
     base: usize,
 }
 
-impl Channels {
+impl ChannelsOfResponses {
     /// Of a stage whose responses, and their points, these are; none where nothing is stated of the channels,
     /// or the stage takes them for equal.
     ///
@@ -135,27 +135,13 @@ impl Channels {
     /// channels, and zero for the one in s.
     pub(super) fn heard(&self, load: usize, hz: f64, answer: &Jet, own: usize, errors: &[f64]) -> Jet {
         let s = C64::new(0.0, 2.0 * PI * hz);
-        let slopes =
-            self.slopes[load].iter().map(|(k, a, by_s)| (*k, if *by_s { s * *a } else { C64::from(*a) }));
-        let factor = C64::ONE + slopes.clone().map(|(k, slope)| slope * errors[k]).sum::<C64>();
-        let count = own + errors.len() + 1;
-        let mut gradient = vec![C64::ZERO; count];
-        for (to, from) in gradient.iter_mut().zip(answer.gradient()).take(own) {
-            *to = factor * from;
+        let space = JetSpace::new(own + errors.len() + 1, answer.order());
+        let mut change = space.real(0.0);
+        for (k, a, by_s) in &self.slopes[load] {
+            let slope = if *by_s { s * *a } else { C64::from(*a) };
+            change.add_scaled(&space.seed(own + k, C64::from(errors[*k])), slope);
         }
-        slopes.clone().for_each(|(k, slope)| gradient[own + k] = slope * answer.value());
-        let mut bend = Vec::new();
-        if !answer.hessian_packed().is_empty() {
-            bend = vec![C64::ZERO; count * (count + 1) / 2];
-            for (to, from) in bend.iter_mut().zip(answer.hessian_packed()).take(own * (own + 1) / 2) {
-                *to = factor * from;
-            }
-            for (k, slope) in slopes {
-                let row = (own + k) * (own + k + 1) / 2;
-                (0..own).for_each(|j| bend[row + j] = slope * answer.gradient()[j]);
-            }
-        }
-        Jet::from_parts(factor * answer.value(), gradient, bend)
+        &space.take(answer, |i| (i < own).then_some(i)) * &change.shift(C64::ONE)
     }
 }
 

@@ -1,7 +1,7 @@
 //! Observed responses as the data of an inference: noise, a misfit along frequency, and the errors of the
 //! measuring head.
 
-use super::head::{Heard, columns, group_of};
+use super::head::{HeardResponses, columns, group_of};
 use super::measured::{Measured, sessions};
 use super::{LENGTH_OF_MISFIT, MISFIT, NOISE};
 use crate::EngineError;
@@ -16,13 +16,13 @@ pub(super) struct Blocks<'a> {
     /// Error terms of the head; none for a perfect one.
     pub(super) errors: &'a [ErrorTerm],
     /// Those errors, as far as they are known.
-    pub(super) heard: &'a Heard,
+    pub(super) heard: &'a HeardResponses,
     pub(super) noise: &'a SdSpec,
     pub(super) misfit: Option<&'a MisfitSpec>,
 }
 
 impl Blocks<'_> {
-    /// The data: one block for every session, and the tilt of [`Heard`].
+    /// The data: one block for every session, and the tilt of [`HeardResponses`].
     ///
     /// # Errors
     /// [`EngineError::Inference`] for numbers that cannot be data.

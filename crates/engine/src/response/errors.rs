@@ -8,10 +8,10 @@
 //! integrates over it in closed form. The fit is repeated until the parameters stay.
 
 use crate::gaussian::handed_on;
-use crate::run::{conditions_at, conditions_of};
+use crate::run::{conditions_at, conditions_of, with_factors_moved};
 use crate::{Conditions, EngineError};
 use rijke_inference::{Parameter, Prior};
-use rijke_numerics::{C64, Jet};
+use rijke_numerics::{C64, Jet, JetSpace};
 use rijke_study::{Cause, Study};
 use std::collections::BTreeSet;
 
@@ -74,22 +74,14 @@ impl Errors {
     /// for the one in s.
     pub(super) fn with(&self, load: usize, answers: &[Jet], own: usize, values: &[f64]) -> Vec<Jet> {
         let slopes = self.slopes.get(load).map_or(&[][..], Vec::as_slice);
-        let count = own + values.len() + 1;
         let one = |(k, answer): (usize, &Jet)| {
-            let mut value = answer.value();
-            let mut gradient = vec![C64::ZERO; count];
-            gradient[..own].copy_from_slice(&answer.gradient()[..own]);
+            let space = JetSpace::new(own + values.len() + 1, answer.order());
+            let mut wide = space.take(answer, |i| (i < own).then_some(i));
             for (cause, slope) in slopes {
-                value += slope[k] * (values[*cause] - self.about[*cause]);
-                gradient[own + cause] = slope[k];
+                let error = space.seed(own + cause, C64::from(values[*cause] - self.about[*cause]));
+                wide.add_scaled(&error, slope[k]);
             }
-            let packed = own * (own + 1) / 2;
-            let mut bend = Vec::new();
-            if !answer.hessian_packed().is_empty() {
-                bend = vec![C64::ZERO; count * (count + 1) / 2];
-                bend[..packed].copy_from_slice(&answer.hessian_packed()[..packed]);
-            }
-            Jet::from_parts(value, gradient, bend)
+            wide
         };
         answers.iter().enumerate().map(one).collect()
     }
@@ -111,13 +103,7 @@ pub(super) fn moved(
     error: &dyn Fn(&Cause) -> f64,
 ) -> Result<Conditions, EngineError> {
     let stated = &study.campaign.points[k];
-    let mut point = stated.clone();
-    for cause in conditions_at(study, k)?.displaced.into_iter().map(|d| d.cause) {
-        let Cause::Factor { name, .. } = &cause else { continue };
-        if let Some(factor) = study.campaign.factor(name) {
-            point.factors[factor] += error(&cause) * stated.factor_sds[factor];
-        }
-    }
+    let mut point = with_factors_moved(study, stated, &conditions_at(study, k)?, error);
     point.factor_sds.fill(0.0);
     if let Some([temperature, sd]) = &mut point.ambient {
         *temperature += error(&Cause::ambient(stated)) * *sd;

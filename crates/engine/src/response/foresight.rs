@@ -3,7 +3,7 @@
 
 use super::data::Blocks;
 use super::errors::Errors;
-use super::head::Heard;
+use super::head::HeardResponses;
 use super::predict::{Responses, Told};
 use super::record::{ForeseenModel, ResponseForesight};
 use super::rows::rows_of;
@@ -127,7 +127,7 @@ fn widths_at(
     let Model { parameters, responses, errors, .. } = *model;
     let answers = responses.answers(values, Order::Value)?;
     let about: Vec<Vec<_>> = answers.iter().map(|a| a.iter().map(Jet::value).collect()).collect();
-    let mut heard = Heard::about_data(&data.measured, errors, about.clone())?;
+    let mut heard = HeardResponses::about_data(&data.measured, errors, about.clone())?;
     heard.about = about;
     let all = Blocks { measured: &data.measured, errors, heard: &heard, noise, misfit }.data()?;
     let told = Told { responses, measured: &data.measured, heard: &heard, highest: Order::First };

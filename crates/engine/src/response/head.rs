@@ -25,7 +25,7 @@ use std::ops::Range;
 
 /// The errors of a head about one answer of the rig.
 #[derive(Clone, Debug)]
-pub(super) struct Heard {
+pub(super) struct HeardResponses {
     /// R0 of every load.
     pub(super) about: Vec<Vec<C64>>,
     /// Power of every error term, and b0 of every load.
@@ -48,7 +48,7 @@ pub(super) struct Rest<'a> {
     pub(super) kernel: Option<Kernel>,
 }
 
-impl Heard {
+impl HeardResponses {
     /// Before any fit: about the numbers that were measured, with no error known, and about the `answers` of
     /// the rig where sources are unknown.
     pub(super) fn about_data(

@@ -5,7 +5,7 @@ use super::head::Rest;
 use super::measured::Measured;
 use super::residual::left;
 use super::select::Selected;
-use super::train::Training;
+use super::train::ResponseTraining;
 use rijke_numerics::C64;
 use rijke_study::responses::{ResponseKind, ResponseStage};
 
@@ -26,7 +26,7 @@ type Undone = (Vec<Measured>, f64, String);
 /// leaves far less of them than the share `poor`, in a sentence. A model that cannot be fitted without one
 /// says nothing of it.
 pub(super) fn mistaken(
-    training: &Training<'_>,
+    training: &ResponseTraining<'_>,
     data: &Selected,
     names: &[String],
     [here, poor]: [f64; 2],
@@ -70,7 +70,7 @@ pub(super) fn mistaken(
     let stage = ResponseStage { checked: false, ..training.stage.clone() };
     let kernel = stage.misfit.as_ref().map(|m| m.kernel);
     let gain = |(measured, ln_scale, said): Undone| {
-        let other = Training { measured: &measured, stage: &stage, starts: &[], ..*training };
+        let other = ResponseTraining { measured: &measured, stage: &stage, starts: &[], ..*training };
         let found = other.found().ok()?;
         let share = left(&measured, found.heard, Rest { noise: &found.fit.noise, kernel }).share;
         let gain = found.evidence.ln_marginal + ln_scale - here;

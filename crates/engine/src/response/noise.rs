@@ -12,7 +12,7 @@ use super::measured::Measured;
 use super::predict::Responses;
 use super::record::ResponseModelRecord;
 use super::residual::{NOT_NOISE, left};
-use super::train::{Found, Training};
+use super::train::{Found, ResponseTraining};
 use super::{IN_PROPORTION, NOISE};
 use crate::EngineError;
 use rayon::prelude::*;
@@ -147,7 +147,10 @@ fn residuals(measured: &[Measured], heard: &[Vec<C64>], left: &[f64]) -> Vec<[f6
 ///
 /// # Errors
 /// Those of the model.
-pub(super) fn left_by_the_fit(training: &Training<'_>, found: &Found) -> Result<Vec<f64>, EngineError> {
+pub(super) fn left_by_the_fit(
+    training: &ResponseTraining<'_>,
+    found: &Found,
+) -> Result<Vec<f64>, EngineError> {
     if !may_ask(training.stage, training.measured) {
         return Ok(Vec::new());
     }
@@ -175,17 +178,17 @@ fn scaled(measured: &[Measured], heard: &[Vec<C64>], noise: &TwoPart) -> Vec<Mea
     measured.iter().zip(heard).map(one).collect()
 }
 
-/// The numbers with the variances of their noise, the responses at last ([`Training::of_a_row`]), and what
-/// training found.
+/// The numbers with the variances of their noise, the responses at last ([`ResponseTraining::of_a_row`]), and
+/// what training found.
 type Settled<'r> = (Vec<Measured>, Option<Responses<'r>>, Found);
 
 /// Trains a model with this noise until the variances are those of what it says itself; before the first fit
 /// of what is `heard`.
 ///
 /// # Errors
-/// Those of [`Training::of_a_row`], and [`EngineError::Unsettled`].
+/// Those of [`ResponseTraining::of_a_row`], and [`EngineError::Unsettled`].
 pub(super) fn settled<'r>(
-    training: &Training<'_>,
+    training: &ResponseTraining<'_>,
     noise: &TwoPart,
     heard: &[Vec<C64>],
     about: &dyn Fn(&[f64]) -> Result<Responses<'r>, EngineError>,
@@ -193,7 +196,8 @@ pub(super) fn settled<'r>(
     let quick = ResponseStage { checked: false, ..training.stage.clone() };
     let (mut stage, mut measured) = (&quick, scaled(training.measured, heard, noise));
     for fit in 0..FITS {
-        let (at_last, found) = Training { measured: &measured, stage, ..*training }.of_a_row(about)?;
+        let (at_last, found) =
+            ResponseTraining { measured: &measured, stage, ..*training }.of_a_row(about)?;
         let mut next = scaled(training.measured, &found.heard, noise);
         let factors = || measured.iter().zip(&next).flat_map(|(a, b)| a.factor.iter().zip(&b.factor));
         let moved = factors().map(|(a, b)| (b / a).ln().abs()).fold(0.0, f64::max);

@@ -1,10 +1,10 @@
 //! What response models predict, as a forward model of an inference.
 
-use super::channels::Channels;
+use super::channels::ChannelsOfResponses;
 use super::errors::Errors;
-use super::head::Heard;
+use super::head::HeardResponses;
 use super::measured::{Measured, sessions};
-use crate::shape::{Filled, LawOf, ShapeModel};
+use crate::shape::{FilledShape, LawOf, ShapeModel};
 use crate::{Assembly, Conditions, EngineError};
 use rayon::prelude::*;
 use rijke_inference::{Forward, ForwardError, Prediction};
@@ -30,7 +30,7 @@ pub(super) struct Responses<'a> {
     /// Parameters of the model; those of errors, then those of the channels come behind them.
     pub(super) own: usize,
     pub(super) errors: Errors,
-    pub(super) channels: Channels,
+    pub(super) channels: ChannelsOfResponses,
 }
 
 impl<'a> Load<'a> {
@@ -87,10 +87,10 @@ impl<'a> Load<'a> {
         &self,
         values: &[f64],
         order: Order,
-        one: impl Fn(&Filled<'_>, C64, Order, &mut Workspace) -> Result<T, EngineError> + Sync,
+        one: impl Fn(&FilledShape<'_>, C64, Order, &mut Workspace) -> Result<T, EngineError> + Sync,
     ) -> Result<Vec<T>, EngineError> {
         let order = order.max(Order::First);
-        let filled = Filled::new(&self.model, values, self.model.space(order), &self.point)?;
+        let filled = FilledShape::new(&self.model, values, self.model.space(order), &self.point)?;
         self.frequency_hz
             .par_iter()
             .map_init(Workspace::default, |work, f| one(&filled, C64::new(0.0, 2.0 * PI * f), order, work))
@@ -99,7 +99,7 @@ impl<'a> Load<'a> {
 
     fn at(
         &self,
-        filled: &Filled<'_>,
+        filled: &FilledShape<'_>,
         s: C64,
         order: Order,
         work: &mut Workspace,
@@ -211,7 +211,7 @@ pub(super) fn clear(loads: &[Load<'_>], values: &[f64], order: Order) -> Result<
 pub(super) struct Told<'a, 'b> {
     pub(super) responses: &'b Responses<'a>,
     pub(super) measured: &'b [Measured],
-    pub(super) heard: &'b Heard,
+    pub(super) heard: &'b HeardResponses,
     /// Second derivatives cost several times the first and change the path of a search, not its end.
     pub(super) highest: Order,
 }

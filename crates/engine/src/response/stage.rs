@@ -1,7 +1,7 @@
 //! Stages of responses, run in order: candidates trained on the same responses and ranked.
 
 use super::aliases::{aliased, with_aliases};
-use super::channels::Channels;
+use super::channels::ChannelsOfResponses;
 use super::errors::Errors;
 use super::ground::{Ground, Learned, law_error};
 use super::head::Rest;
@@ -13,7 +13,7 @@ use super::record::{LoadRecord, ResponseModelRecord, ResponseStageRecord};
 use super::residual::{left, untold};
 use super::rows::rows_of;
 use super::select::{self, Selected};
-use super::train::Training;
+use super::train::ResponseTraining;
 use crate::gaussian::handed_on;
 use crate::rows::Row;
 use crate::run::{EvidenceRecord, TrainedParameter};
@@ -158,33 +158,15 @@ impl ResponseRun {
         noise: Option<(&TwoPart, &[Vec<C64>])>,
     ) -> Result<(ResponseModelRecord, Option<Learned>), EngineError> {
         let mut measured = Cow::Borrowed(&data.measured[..]);
-        let mut record = ResponseModelRecord {
-            id: row.id(),
-            label: row.own.iter().map(|c| c.name.as_str()).collect::<Vec<_>>().join("; "),
-            candidates: row.choice.clone(),
-            parameters: Vec::new(),
-            errors: 0,
-            channels: 0,
-            noise: Vec::new(),
-            evidence: None,
-            predicted: Vec::new(),
-            heard: Vec::new(),
-            residual: f64::NAN,
-            neighbours: f64::NAN,
-            too_sure: false,
-            maxima: Vec::new(),
-            remark: None,
-        };
+        let mut record = untrained(row);
         let (assembly, errors) = self.assembled(stage, row)?;
         enough(stage, row, &assembly, data)?;
         let responses = self.models(stage, &assembly, data)?;
         let parameters = self.parameters(stage, &assembly, &responses)?;
-        let told = stage.on.iter().filter_map(|id| self.known.get(id));
-        let told = told.flat_map(|before| before.known.names.iter().map(String::as_str)).collect();
-        let aliases = aliased(&responses, &parameters, &told)?;
+        let aliases = aliased(&responses, &parameters, &self.told_before(stage))?;
         let parameters = with_aliases(parameters, &aliases)?;
         let starts: Vec<Vec<f64>> = aliases.iter().flat_map(|a| a.starts.clone()).collect();
-        let training = Training {
+        let training = ResponseTraining {
             responses: &responses,
             measured: &data.measured,
             errors: &errors,
@@ -210,7 +192,8 @@ impl ResponseRun {
             }
         };
         let measured = &measured[..];
-        let training = Training { responses: at_last.as_ref().unwrap_or(&responses), measured, ..training };
+        let training =
+            ResponseTraining { responses: at_last.as_ref().unwrap_or(&responses), measured, ..training };
         let (fit, laplace, evidence) = (&found.fit, &found.laplace, found.evidence);
         let mut remarks = found.warnings.clone();
         record.evidence = Some(EvidenceRecord {
@@ -257,6 +240,12 @@ impl ResponseRun {
         let causes = responses.errors.causes.clone();
         let left = left_by_the_fit(&training, &found)?;
         Ok((record, Some(Learned { known, causes, share: found.share, beside: found.beside, law, left })))
+    }
+
+    /// Names of what earlier stages tell.
+    fn told_before(&self, stage: &ResponseStage) -> BTreeSet<&str> {
+        let told = stage.on.iter().filter_map(|id| self.known.get(id));
+        told.flat_map(|before| before.known.names.iter().map(String::as_str)).collect()
     }
 
     /// The model of a row, and the errors of its head.
@@ -308,7 +297,7 @@ impl ResponseRun {
         let known: Vec<Cause> = before.flat_map(|before| before.causes.iter().cloned()).collect();
         let errors = Errors::of(&self.study, &data.points, &known)?;
         let loads = self.loads(assembly, data, &errors)?;
-        let channels = Channels::of(&self.study, stage, &data.whats, &data.points)?;
+        let channels = ChannelsOfResponses::of(&self.study, stage, &data.whats, &data.points)?;
         Ok(Responses { loads, own: assembly.parameters().len(), errors, channels })
     }
 }
@@ -360,6 +349,27 @@ fn few(numbers: usize, told: usize) -> Option<String> {
 
 /// Standard deviations that are so many times too small are said.
 const FEW: f64 = 1.1;
+
+/// A row as it is before training.
+fn untrained(row: &Row) -> ResponseModelRecord {
+    ResponseModelRecord {
+        id: row.id(),
+        label: row.own.iter().map(|c| c.name.as_str()).collect::<Vec<_>>().join("; "),
+        candidates: row.choice.clone(),
+        parameters: Vec::new(),
+        errors: 0,
+        channels: 0,
+        noise: Vec::new(),
+        evidence: None,
+        predicted: Vec::new(),
+        heard: Vec::new(),
+        residual: f64::NAN,
+        neighbours: f64::NAN,
+        too_sure: false,
+        maxima: Vec::new(),
+        remark: None,
+    }
+}
 
 #[cfg(test)]
 mod tests {

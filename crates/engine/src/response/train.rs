@@ -3,7 +3,7 @@
 
 use super::data::Blocks;
 use super::ground::GroundMaximum;
-use super::head::{Heard, Rest};
+use super::head::{HeardResponses, Rest};
 use super::measured::Measured;
 use super::predict::{Responses, Told};
 use crate::EngineError;
@@ -27,7 +27,7 @@ const SEARCHES: usize = 3;
 const TO_GAIN: f64 = 0.05;
 
 /// What one model is trained with.
-pub(super) struct Training<'a> {
+pub(super) struct ResponseTraining<'a> {
     pub(super) responses: &'a Responses<'a>,
     pub(super) measured: &'a [Measured],
     pub(super) errors: &'a [ErrorTerm],
@@ -55,7 +55,7 @@ pub(super) struct Found {
     pub(super) warnings: Vec<String>,
 }
 
-impl Training<'_> {
+impl ResponseTraining<'_> {
     /// The maximum of the posterior, Laplace's method there and the evidence, of all maxima if they are
     /// looked for.
     ///
@@ -71,11 +71,11 @@ impl Training<'_> {
         self.parameters.physical(&self.parameters.from_standard_normal(&vec![0.0; self.parameters.len()]))
     }
 
-    /// As [`Training::found`], with a search from `start`.
+    /// As [`ResponseTraining::found`], with a search from `start`.
     pub(super) fn found_from(&self, mut start: Option<Fit>) -> Result<Found, EngineError> {
         let mut heard = match &start {
             Some(fit) => self.about(fit)?,
-            None => Heard::about_data(self.measured, self.errors, self.answered(&self.middle())?)?,
+            None => HeardResponses::about_data(self.measured, self.errors, self.answered(&self.middle())?)?,
         };
         for _ in 0..if self.stage.checked { SEARCHES } else { 1 } {
             if !heard.is_exact() {
@@ -103,7 +103,11 @@ impl Training<'_> {
     }
 
     /// Fits, with the head's errors taken about the fit before, until the parameters stay.
-    fn settled(&self, mut heard: Heard, start: Option<Fit>) -> Result<(Heard, Fit), EngineError> {
+    fn settled(
+        &self,
+        mut heard: HeardResponses,
+        start: Option<Fit>,
+    ) -> Result<(HeardResponses, Fit), EngineError> {
         let mut before = start;
         if before.is_none() && self.errors.is_empty() && heard.has_fields() {
             let fit = self.projected(&heard)?;
@@ -133,7 +137,7 @@ impl Training<'_> {
 
     /// The fit that a search finds from the centre of the prior if the fields of unknown sources are those
     /// about every point of its path. With the fields of the last fit alone it may run far beyond.
-    fn projected(&self, heard: &Heard) -> Result<Fit, EngineError> {
+    fn projected(&self, heard: &HeardResponses) -> Result<Fit, EngineError> {
         let rough = self.fit(heard, None)?;
         capped(&rough.stop)?;
         let mut start = self.parameters.centre();
@@ -142,12 +146,12 @@ impl Training<'_> {
         capped(&found.stop)?;
         let end = found.z;
         let answers = self.answered(&self.parameters.physical(&end[..self.parameters.len()]))?;
-        let heard = Heard::about_data(self.measured, self.errors, answers)?;
+        let heard = HeardResponses::about_data(self.measured, self.errors, answers)?;
         self.fit(&heard, Some(&Fit { working: end, ..rough }))
     }
 
     /// The maximum next to that of the fit before, with its noise, if there is one.
-    fn fit(&self, heard: &Heard, before: Option<&Fit>) -> Result<Fit, EngineError> {
+    fn fit(&self, heard: &HeardResponses, before: Option<&Fit>) -> Result<Fit, EngineError> {
         let data = self.blocks(heard).data()?;
         let quick = self.told(heard, Order::First);
         let posterior = Posterior::new(&quick, &data, self.parameters)?;
@@ -160,10 +164,10 @@ impl Training<'_> {
     }
 
     /// The head's errors about the answers of the rig with the parameters of a fit.
-    fn about(&self, fit: &Fit) -> Result<Heard, EngineError> {
+    fn about(&self, fit: &Fit) -> Result<HeardResponses, EngineError> {
         let answers = self.answered(&fit.parameters)?;
         let rest = Rest { noise: &fit.noise, kernel: self.stage.misfit.as_ref().map(|m| m.kernel) };
-        Heard::about_answers(self.measured, self.errors, answers, rest)
+        HeardResponses::about_answers(self.measured, self.errors, answers, rest)
     }
 
     /// The answers of the rig.
@@ -172,11 +176,11 @@ impl Training<'_> {
         Ok(answers.iter().map(|a| a.iter().map(Jet::value).collect()).collect())
     }
 
-    fn told<'b>(&'b self, heard: &'b Heard, highest: Order) -> Told<'b, 'b> {
+    fn told<'b>(&'b self, heard: &'b HeardResponses, highest: Order) -> Told<'b, 'b> {
         Told { responses: self.responses, measured: self.measured, heard, highest }
     }
 
-    fn blocks<'b>(&'b self, heard: &'b Heard) -> Blocks<'b> {
+    fn blocks<'b>(&'b self, heard: &'b HeardResponses) -> Blocks<'b> {
         Blocks {
             measured: self.measured,
             errors: self.errors,
@@ -204,7 +208,7 @@ impl Training<'_> {
 
     /// The maximum of a posterior, searched without second derivatives of the model, Laplace's method there,
     /// the evidence of all maxima that were looked for, and warnings.
-    fn fitted(&self, heard: &Heard, start: Option<&Fit>) -> Result<Found, EngineError> {
+    fn fitted(&self, heard: &HeardResponses, start: Option<&Fit>) -> Result<Found, EngineError> {
         let data = self.blocks(heard).data()?;
         // With unknown sources, second derivatives at fixed fields are not those of the cost: what the fields
         // do when the parameters move is as large. Gauss and Newton leave out both.
@@ -267,7 +271,7 @@ impl Training<'_> {
 }
 
 /// The cost of a training with unknown sources, with their fields about every point itself.
-struct AboutItself<'a, 'b>(&'b Training<'a>);
+struct AboutItself<'a, 'b>(&'b ResponseTraining<'a>);
 
 impl Objective for AboutItself<'_, '_> {
     fn size(&self) -> usize {
@@ -277,7 +281,7 @@ impl Objective for AboutItself<'_, '_> {
     fn evaluate(&self, z: &[f64], order: Order) -> Result<Energy, InferenceError> {
         let Self(training) = self;
         let values = training.parameters.physical(&z[..training.parameters.len()]);
-        let about = |answers| Heard::about_data(training.measured, training.errors, answers);
+        let about = |answers| HeardResponses::about_data(training.measured, training.errors, answers);
         let heard = training.answered(&values).and_then(about).map_err(ForwardError::from)?;
         let data = training.blocks(&heard).data().map_err(ForwardError::from)?;
         let told = training.told(&heard, Order::First);

@@ -2,7 +2,7 @@
 
 use super::answers::{check, foreseen};
 use super::combined::{assembly_of, first_of_responses, rows_of};
-use super::inputs::{ambient_of_all, conditions, states};
+use super::points::inputs::{ambient_of_all, conditions, states};
 use crate::rows::{Choice, Row};
 use crate::{Assembly, Conditions, EngineError, PointModel};
 use rijke_network::{NetworkError, Workspace};

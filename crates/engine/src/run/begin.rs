@@ -3,8 +3,8 @@
 use super::answerable::at_all_points;
 use super::answers;
 use super::course::{Near, Run, Trusted};
-use super::inputs::{ambient_of_all, left_out, selected, states_and_heat};
-use super::meant::observed;
+use super::points::inputs::{ambient_of_all, left_out, selected, states_and_heat};
+use super::points::meant::observed;
 use crate::EngineError;
 use crate::response::Ground;
 use rijke_study::plan::Stage;

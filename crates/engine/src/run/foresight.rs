@@ -1,9 +1,9 @@
 //! What planned measurements would tell of the models of a study, before anything is measured.
 
 use super::combined::{assembly_of, first_of_responses, rows_of};
-use super::inputs::{ambient_of_all, conditions_or_ambient, lacks_state, states};
-use super::meant::GROWTH_RATE;
 use super::parameter::UNIDENTIFIED;
+use super::points::inputs::{ambient_of_all, conditions_or_ambient, lacks_state, states};
+use super::points::meant::GROWTH_RATE;
 use crate::rows::{Choice, Row};
 use crate::{Assembly, Conditions, EngineError, PointModel};
 use rayon::prelude::*;

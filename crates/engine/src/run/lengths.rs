@@ -12,7 +12,7 @@
 
 use super::course::{Chosen, Run};
 use super::found::{ExactLengths, LengthError, MovingLength};
-use super::inputs::conditions_or_ambient;
+use super::points::inputs::conditions_or_ambient;
 use super::record::ModelRecord;
 use crate::predictor::Predictor;
 use crate::{Assembly, EngineError, Observed};

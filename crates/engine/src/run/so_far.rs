@@ -1,7 +1,7 @@
 //! A study as far as it has been measured.
 
-use super::inputs::{ambient_of_all, selected, states};
-use super::meant::observed;
+use super::points::inputs::{ambient_of_all, selected, states};
+use super::points::meant::observed;
 use super::record::StageRecord;
 use crate::EngineError;
 use rijke_study::plan::{SdSpec, Stage};

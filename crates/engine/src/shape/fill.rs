@@ -17,7 +17,7 @@ use rijke_study::names::{
 const NAMES: usize = DENSITY_AFTER + 1;
 
 /// A model at given values of the free parameters.
-pub(crate) struct Filled<'m> {
+pub(crate) struct FilledShape<'m> {
     model: &'m ShapeModel<'m>,
     space: JetSpace,
     /// The parameters of each candidate.
@@ -27,7 +27,7 @@ pub(crate) struct Filled<'m> {
     moving: bool,
 }
 
-impl<'m> Filled<'m> {
+impl<'m> FilledShape<'m> {
     /// In a space of the free parameters and s, or of s alone.
     ///
     /// # Errors
@@ -43,7 +43,7 @@ impl<'m> Filled<'m> {
         if filled.is_possible() { Ok(filled) } else { Err(impossible()) }
     }
 
-    /// As [`Filled::new`], of lengths and areas that are known to be possible.
+    /// As [`FilledShape::new`], of lengths and areas that are known to be possible.
     pub(super) fn unchecked(model: &'m ShapeModel<'m>, values: &[f64], space: JetSpace) -> Self {
         let assembly = model.assembly;
         let candidates = assembly.candidates();
@@ -93,7 +93,7 @@ impl<'m> Filled<'m> {
         self.part(&self.model.effect(ids[0], ids[1]).law, ids, s, walls)
     }
 
-    /// As [`Filled::effect`], of a part of its formula.
+    /// As [`FilledShape::effect`], of a part of its formula.
     pub(super) fn part(
         &self,
         formula: &Formula,
@@ -187,7 +187,7 @@ impl<'m> Filled<'m> {
     }
 }
 
-impl Coefficients for Filled<'_> {
+impl Coefficients for FilledShape<'_> {
     fn parameters(&self) -> usize {
         self.space.seeds() - 1
     }

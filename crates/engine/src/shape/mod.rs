@@ -8,7 +8,7 @@ mod model;
 mod moving;
 mod waves;
 
-pub(crate) use fill::Filled;
+pub(crate) use fill::FilledShape;
 pub(crate) use model::LawOf;
 pub use model::ShapeModel;
 pub(crate) use moving::Moving;

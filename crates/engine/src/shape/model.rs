@@ -79,48 +79,11 @@ impl<'a> ShapeModel<'a> {
         instruments: &[f64],
     ) -> Result<Self, EngineError> {
         let refuse = |problem| Err(EngineError::Shape { point: conditions.id.clone(), problem });
-        let layout = &conditions.layout;
-        let base = &conditions.base;
-        let of_one_gas = |[from, to]: [f64; 2]| {
-            let first = base.temperatures(from)[1];
-            let inside = base.places.iter().filter(|x| (from..to).contains(*x) && **x > from);
-            base.temperatures(to)[0] == first
-                && inside.into_iter().all(|x| base.temperatures(*x) == [first; 2])
-        };
-        if !layout.ducts.iter().all(|d| of_one_gas(d.span)) {
-            return refuse("the temperature varies along a duct: cut it into ducts of one temperature each");
+        if let Some(problem) = not_modelled(assembly, conditions) {
+            return refuse(problem);
         }
-        if assembly.mean_flow().is_some() {
-            return refuse("a candidate requires waves in the mean flow: the gas must be at rest");
-        }
-        let graded = |d: &DuctAt| d.temperatures.len() > 1 && assembly.rig.parts[d.part].is_of_unknown_gas();
-        if layout.ducts.iter().any(graded) {
-            return refuse("an unknown temperature varies along a duct: give it one `temperature`");
-        }
-        if layout.ducts.iter().any(|d| d.area[0] != d.area[1]) {
-            return refuse(
-                "a duct changes its area along itself: write the cone as straight ducts, 40 say, each with the diameter of its middle, and at both ends of \
-                 the cone one of 1e-6 m with the diameter there, because the law of an end takes the radius of the duct beside it",
-            );
-        }
-        let rig = &assembly.rig;
-        let mut cuts: Vec<(f64, At)> = vec![(0.0, At::Boundary(0))];
-        cuts.extend(layout.ducts.iter().enumerate().map(|(k, d)| (d.span[1], At::Boundary(k + 1))));
-        for (k, (part, at)) in rig.parts.iter().zip(&layout.parts).enumerate() {
-            if let (Shape::Device(list), PartAt::Places(places)) = (&part.shape, at) {
-                let of = |(i, x): (usize, &f64)| (*x, At::Part(k, i));
-                cuts.extend(places.iter().enumerate().take(list.len()).map(of));
-            }
-        }
-        let instrument = |x: &f64| {
-            let moves = |(at, known): (&Value, &f64)| known == x && at.unknown().is_some();
-            let all = || rig.microphones.at.iter().zip(&layout.microphones);
-            (*x, all().position(moves).map_or(At::Fixed(*x), At::Microphone))
-        };
-        cuts.extend(instruments.iter().map(instrument));
-        // Of places that are the same the boundary of a duct stays, because it comes first.
-        cuts.sort_by(|a, b| a.0.total_cmp(&b.0));
-        cuts.dedup_by(|later, first| (later.0 - first.0).abs() <= SAME * layout.length);
+        let (layout, base) = (&conditions.layout, &conditions.base);
+        let cuts = cuts(assembly, conditions, instruments);
         let xs: Vec<f64> = cuts.iter().map(|c| c.0).collect();
         let duct_of: Vec<usize> = xs
             .windows(2)
@@ -167,17 +130,8 @@ impl<'a> ShapeModel<'a> {
                 }
             }
         }
-        if rig.is_of_unknown_shape() {
-            for i in 0..model.duct_of.len() {
-                let shape = [(Slot::Length(i), LawOf::Length(i)), (Slot::Area(i), LawOf::Area(i))];
-                let gas =
-                    [(Slot::SoundSpeed(i), LawOf::SoundSpeed(i)), (Slot::Density(i), LawOf::Density(i))];
-                let of_unknown_gas = rig.parts[model.ducts[model.duct_of[i]]].is_of_unknown_gas();
-                for (slot, law) in shape.into_iter().chain(gas.into_iter().filter(|_| of_unknown_gas)) {
-                    model.laws.push(law);
-                    model.network.attach(slot, model.laws.len() - 1, 1.0).map_err(fail)?;
-                }
-            }
+        if assembly.rig.is_of_unknown_shape() {
+            model.attach_shape().map_err(fail)?;
         }
         Ok(model)
     }
@@ -190,6 +144,20 @@ impl<'a> ShapeModel<'a> {
     /// The space of jets of the free parameters and s.
     pub(crate) fn space(&self, order: Order) -> JetSpace {
         JetSpace::new(self.assembly.parameters().len() + 1, order)
+    }
+
+    /// Attaches what lengths and areas, and properties of unknown gas, have beyond those of the network.
+    fn attach_shape(&mut self) -> Result<(), NetworkError> {
+        for i in 0..self.duct_of.len() {
+            let shape = [(Slot::Length(i), LawOf::Length(i)), (Slot::Area(i), LawOf::Area(i))];
+            let gas = [(Slot::SoundSpeed(i), LawOf::SoundSpeed(i)), (Slot::Density(i), LawOf::Density(i))];
+            let of_unknown_gas = self.assembly.rig.parts[self.ducts[self.duct_of[i]]].is_of_unknown_gas();
+            for (slot, law) in shape.into_iter().chain(gas.into_iter().filter(|_| of_unknown_gas)) {
+                self.laws.push(law);
+                self.network.attach(slot, self.laws.len() - 1, 1.0)?;
+            }
+        }
+        Ok(())
     }
 
     /// Puts an effect where it acts; false if it acts in a way that is not modelled.
@@ -270,4 +238,55 @@ impl<'a> ShapeModel<'a> {
         self.surroundings.push((ducts, numbers));
         self.surroundings.len() - 1
     }
+}
+
+/// What no network of unknown shape has, if a point has it.
+fn not_modelled(assembly: &Assembly, conditions: &Conditions) -> Option<&'static str> {
+    let layout = &conditions.layout;
+    let base = &conditions.base;
+    let of_one_gas = |[from, to]: [f64; 2]| {
+        let first = base.temperatures(from)[1];
+        let inside = base.places.iter().filter(|x| (from..to).contains(*x) && **x > from);
+        base.temperatures(to)[0] == first && inside.into_iter().all(|x| base.temperatures(*x) == [first; 2])
+    };
+    if !layout.ducts.iter().all(|d| of_one_gas(d.span)) {
+        return Some("the temperature varies along a duct: cut it into ducts of one temperature each");
+    }
+    if assembly.mean_flow().is_some() {
+        return Some("a candidate requires waves in the mean flow: the gas must be at rest");
+    }
+    let graded = |d: &DuctAt| d.temperatures.len() > 1 && assembly.rig.parts[d.part].is_of_unknown_gas();
+    if layout.ducts.iter().any(graded) {
+        return Some("an unknown temperature varies along a duct: give it one `temperature`");
+    }
+    if layout.ducts.iter().any(|d| d.area[0] != d.area[1]) {
+        return Some(
+            "a duct changes its area along itself: write the cone as straight ducts, 40 say, each with the diameter of its middle, and at both ends of \
+             the cone one of 1e-6 m with the diameter there, because the law of an end takes the radius of the duct beside it",
+        );
+    }
+    None
+}
+
+/// Where segments begin and end, m, ascending; `instruments` are the places that are heard, m.
+fn cuts(assembly: &Assembly, conditions: &Conditions, instruments: &[f64]) -> Vec<(f64, At)> {
+    let (rig, layout) = (&assembly.rig, &conditions.layout);
+    let mut cuts: Vec<(f64, At)> = vec![(0.0, At::Boundary(0))];
+    cuts.extend(layout.ducts.iter().enumerate().map(|(k, d)| (d.span[1], At::Boundary(k + 1))));
+    for (k, (part, at)) in rig.parts.iter().zip(&layout.parts).enumerate() {
+        if let (Shape::Device(list), PartAt::Places(places)) = (&part.shape, at) {
+            let of = |(i, x): (usize, &f64)| (*x, At::Part(k, i));
+            cuts.extend(places.iter().enumerate().take(list.len()).map(of));
+        }
+    }
+    let instrument = |x: &f64| {
+        let moves = |(at, known): (&Value, &f64)| known == x && at.unknown().is_some();
+        let all = || rig.microphones.at.iter().zip(&layout.microphones);
+        (*x, all().position(moves).map_or(At::Fixed(*x), At::Microphone))
+    };
+    cuts.extend(instruments.iter().map(instrument));
+    // Of places that are the same the boundary of a duct stays, because it comes first.
+    cuts.sort_by(|a, b| a.0.total_cmp(&b.0));
+    cuts.dedup_by(|later, first| (later.0 - first.0).abs() <= SAME * layout.length);
+    cuts
 }

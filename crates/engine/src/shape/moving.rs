@@ -1,6 +1,6 @@
 //! The laws of a mode: in s alone while it is searched, then with the derivatives that are wanted.
 
-use super::fill::Filled;
+use super::fill::FilledShape;
 use super::model::{LawOf, ShapeModel};
 use crate::EngineError;
 use crate::point::{Acting, poles};
@@ -11,7 +11,7 @@ use rijke_numerics::{C64, JetSpace, Order};
 pub(crate) struct Moving<'m> {
     model: &'m ShapeModel<'m>,
     values: &'m [f64],
-    in_s: Filled<'m>,
+    in_s: FilledShape<'m>,
 }
 
 impl<'m> Moving<'m> {
@@ -22,7 +22,7 @@ impl<'m> Moving<'m> {
         values: &'m [f64],
         point: &str,
     ) -> Result<Self, EngineError> {
-        let in_s = Filled::new(model, values, JetSpace::new(1, Order::First), point)?;
+        let in_s = FilledShape::new(model, values, JetSpace::new(1, Order::First), point)?;
         Ok(Self { model, values, in_s })
     }
 }
@@ -40,7 +40,7 @@ impl Coefficients for Moving<'_> {
         if at.space() == self.in_s.space() {
             self.in_s.fill(at, laws);
         } else {
-            Filled::unchecked(self.model, self.values, at.space()).fill(at, laws);
+            FilledShape::unchecked(self.model, self.values, at.space()).fill(at, laws);
         }
     }
 

@@ -1,6 +1,6 @@
 //! Waves whose propagation constants are laws.
 
-use super::fill::Filled;
+use super::fill::FilledShape;
 use super::model::{LawOf, ShapeModel};
 use rijke_numerics::{C64, Jet};
 use rijke_study::{Coefficient, Place};
@@ -13,7 +13,7 @@ impl ShapeModel<'_> {
     }
 }
 
-impl Filled<'_> {
+impl FilledShape<'_> {
     /// The pressure by place of a wave that enters at an end, and has pressure 1 there: exp of the integral
     /// of its propagation constant.
     pub(crate) fn carried(&self, s: C64, source: &Place) -> Vec<Jet> {

@@ -9,105 +9,114 @@ use rijke_study::HeatedFit;
 /// A misfit in growth rate (1/s), frequency (rad/s) and relative pressure that is none.
 const NO_MISFIT: [f64; 3] = [1e-7, 1e-6, 1e-9];
 
+/// A line that is said of a stage.
+enum Line {
+    /// A result.
+    Said(String),
+    /// What speaks against the numbers: a sentence without its stop, and what stands before and behind it.
+    Against([&'static str; 2], String),
+    /// The same, said as a warning.
+    Warned(String),
+}
+
 /// The models of a stage, best first.
 pub fn tell_stage(stage: &StageRecord, tell: &dyn Tell) {
-    tell.say(format!("{} ({})", stage.title, counted(stage.measured.len(), "mode")));
-    let say = |all: Vec<String>| all.iter().for_each(|said| tell.say(format!("      {said}")));
-    let models = stage.by_evidence();
-    let best = models.first().map_or(0.0, |m| m.ln_evidence());
-    let of_all = stage.remarks_of_all();
-    for model in models {
-        let mark = if model.id == stage.chosen { "  <- goes on" } else { "" };
-        match model.evidence {
-            Some(_) => {
-                tell.say(format!("  {:>9} nats  {}{mark}", fixed(model.ln_evidence() - best, 1), model.id));
-                for remark in model.remarks().filter(|line| !of_all.contains(line)) {
-                    tell.say(format!("                  {remark}"));
-                }
-            }
-            None => {
-                tell.say(format!(
-                    "  no evidence     {}: {}",
-                    model.id,
-                    model.remark.as_deref().unwrap_or("")
-                ));
-            }
+    for line in lines(stage) {
+        match line {
+            Line::Said(text) => tell.say(text),
+            Line::Against([before, behind], doubt) => tell.say(format!("{before}{doubt}{behind}")),
+            Line::Warned(doubt) => tell.note(format!("warning: {doubt}")),
         }
-    }
-    of_all.iter().for_each(|said| tell.say(format!("      of all these: {said}")));
-    if stage.one_start {
-        tell.say(format!("      of all these: {}", StageRecord::ONE_START));
-    }
-    stage.behind_by_a_prior().iter().for_each(|said| tell.note(format!("warning: {said}")));
-    if let Some(model) = stage.models.iter().find(|m| m.id == stage.chosen) {
-        carried_on(stage, tell);
-        say(undecided(stage, model).into_iter().collect());
-        say(assumed(stage).into_iter().map(|said| said + ".").collect());
-        // What a search leaves of a noise that the data choose to be none.
-        let size = |k: usize| Some(model.misfit[k].abs()).filter(|v| *v >= NO_MISFIT[k]).unwrap_or(0.0);
-        let [growth, frequency, pressure] = [0, 1, 2].map(size);
-        let trained = !stage.measured.is_empty();
-        let of_pressures = if pressure > 0.0 {
-            format!(", {} of relative pressures", rounded(pressure))
-        } else {
-            String::new()
-        };
-        let misfit = format!(
-            "      misfit beyond the measured errors: {} 1/s, {} Hz{of_pressures}",
-            rounded(growth),
-            rounded(frequency / std::f64::consts::TAU)
-        );
-        tell.say(if trained { misfit } else { "      no mode was measured: nothing was trained".to_owned() });
-        say(stage.doubts_of_data());
-        for p in &model.parameters {
-            tell.say(format!("      {}", p.words()));
-            if trained {
-                not_identified(p, stage.missed.is_some())
-                    .iter()
-                    .for_each(|said| tell.say(format!("          {said}")));
-            }
-            far_from_prior(p).iter().for_each(|said| tell.note(format!("warning: {said}")));
-        }
-    }
-    if let Some(lengths) = &stage.lengths {
-        tell.say(format!("      {}", lengths.words()));
-    }
-    if let Some(missing) = &stage.missing {
-        say(still_asked(missing));
-        say(moved_or_unexplained(stage));
     }
 }
 
 /// All that the terminal says against the numbers of a stage, a sentence each without its stop.
 #[must_use]
 pub fn doubts_of_stage(stage: &StageRecord) -> Vec<String> {
-    let mut all = stage.behind_by_a_prior();
-    all.extend(stage.one_start.then(|| StageRecord::ONE_START.to_owned()));
-    all.extend(stage.not_carried());
+    let doubt = |line: Line| match line {
+        Line::Said(_) => None,
+        Line::Against(_, doubt) | Line::Warned(doubt) => Some(doubt),
+    };
+    lines(stage).into_iter().filter_map(doubt).collect()
+}
+
+/// What stands before a line about the model that goes on.
+const BELOW: &str = "      ";
+
+/// All that is said of a stage.
+fn lines(stage: &StageRecord) -> Vec<Line> {
+    let against = |doubt: String| Line::Against([BELOW, ""], doubt);
+    let mut all = table(stage);
+    all.extend(stage.behind_by_a_prior().into_iter().map(Line::Warned));
     if let Some(model) = stage.models.iter().find(|m| m.id == stage.chosen) {
-        all.extend(undecided(stage, model));
-        all.extend(assumed(stage));
-        all.extend(stage.doubts_of_data());
-        let trained = model.parameters.iter().filter(|_| !stage.measured.is_empty());
-        all.extend(trained.filter_map(|p| not_identified(p, stage.missed.is_some())));
-        all.extend(model.parameters.iter().filter_map(far_from_prior));
+        all.extend(carried_on(stage));
+        all.extend(undecided(stage, model).map(against));
+        all.extend(assumed(stage).into_iter().map(|doubt| Line::Against([BELOW, "."], doubt)));
+        let trained = !stage.measured.is_empty();
+        all.push(Line::Said(if trained {
+            misfit(model)
+        } else {
+            "      no mode was measured: nothing was trained".to_owned()
+        }));
+        all.extend(stage.doubts_of_data().into_iter().map(against));
+        for p in &model.parameters {
+            all.push(Line::Said(format!("      {}", p.words())));
+            let unknown = not_identified(p, stage.missed.is_some()).filter(|_| trained);
+            all.extend(unknown.map(|doubt| Line::Against(["          ", ""], doubt)));
+            all.extend(far_from_prior(p).map(Line::Warned));
+        }
     }
-    if let Some(missing) = stage.missing.as_ref().filter(|m| m.required().next().is_some()) {
+    all.extend(stage.lengths.iter().map(|lengths| Line::Said(format!("      {}", lengths.words()))));
+    if let Some(missing) = &stage.missing {
         all.extend(still_asked(missing));
+        // What a missing term may have moved, and how little such terms explain.
+        all.extend(stage.moved_since.iter().cloned().chain(stage.unexplained()).map(against));
     }
-    all.extend(moved_or_unexplained(stage));
     all
+}
+
+/// The models with their evidence.
+fn table(stage: &StageRecord) -> Vec<Line> {
+    let mut all = vec![Line::Said(format!("{} ({})", stage.title, counted(stage.measured.len(), "mode")))];
+    let models = stage.by_evidence();
+    let best = models.first().map_or(0.0, |m| m.ln_evidence());
+    let of_all = stage.remarks_of_all();
+    for model in models {
+        let mark = if model.id == stage.chosen { "  <- goes on" } else { "" };
+        if model.evidence.is_some() {
+            let behind = fixed(model.ln_evidence() - best, 1);
+            all.push(Line::Said(format!("  {behind:>9} nats  {}{mark}", model.id)));
+            let own = model.remarks().filter(|line| !of_all.contains(line));
+            all.extend(own.map(|remark| Line::Said(format!("                  {remark}"))));
+        } else {
+            let remark = model.remark.as_deref().unwrap_or("");
+            all.push(Line::Said(format!("  no evidence     {}: {remark}", model.id)));
+        }
+    }
+    all.extend(of_all.iter().map(|said| Line::Said(format!("      of all these: {said}"))));
+    let one_start = stage.one_start.then(|| StageRecord::ONE_START.to_owned());
+    all.extend(one_start.map(|doubt| Line::Against(["      of all these: ", ""], doubt)));
+    all
+}
+
+/// What a model misses beyond the measured errors. What a search leaves of a noise that the data choose to be
+/// none is none.
+fn misfit(model: &ModelRecord) -> String {
+    let size = |k: usize| Some(model.misfit[k].abs()).filter(|v| *v >= NO_MISFIT[k]).unwrap_or(0.0);
+    let [growth, frequency, pressure] = [0, 1, 2].map(size);
+    let of_pressures =
+        if pressure > 0.0 { format!(", {} of relative pressures", rounded(pressure)) } else { String::new() };
+    format!(
+        "      misfit beyond the measured errors: {} 1/s, {} Hz{of_pressures}",
+        rounded(growth),
+        rounded(frequency / std::f64::consts::TAU)
+    )
 }
 
 /// What earlier stages took for certain though it is not decided.
 fn assumed(stage: &StageRecord) -> Vec<String> {
     let one = |assumed: &String| format!("these numbers depend on an undecided choice. {assumed}");
     stage.assumes.iter().map(one).collect()
-}
-
-/// What a missing term may have moved, and how little such terms explain.
-fn moved_or_unexplained(stage: &StageRecord) -> Vec<String> {
-    stage.moved_since.iter().cloned().chain(stage.unexplained()).collect()
 }
 
 /// That the lead of a stage does not decide, where `model` goes on.
@@ -122,31 +131,33 @@ fn undecided(stage: &StageRecord, model: &ModelRecord) -> Option<String> {
 }
 
 /// What later stages make of the models that a stage leaves open.
-fn carried_on(stage: &StageRecord, tell: &dyn Tell) {
+fn carried_on(stage: &StageRecord) -> Vec<Line> {
+    let mut all = Vec::new();
     if !stage.carried.is_empty() {
-        tell.say("      not decided by this stage alone; evidence of this and all later stages together, with the best later models in brackets:".to_owned());
+        all.push(Line::Said("      not decided by this stage alone; evidence of this and all later stages together, with the best later models in brackets:".to_owned()));
     }
     for (open, nats) in stage.carried_below_best() {
         let later: Vec<&str> = open.later.iter().map(|l| l.model.as_str()).collect();
         let mark = if open.id == stage.chosen { "  <- goes on" } else { "" };
-        tell.say(match nats {
+        all.push(Line::Said(match nats {
             Some(nats) => format!("  {:>9} nats  {} ({}){mark}", fixed(nats, 1), open.id, later.join("; ")),
             None => format!("  no evidence     {}: a later stage has no model that could be fitted", open.id),
-        });
+        }));
     }
-    stage.not_carried().iter().for_each(|said| tell.say(format!("      {said}")));
+    all.extend(stage.not_carried().map(|doubt| Line::Against([BELOW, ""], doubt)));
+    all
 }
 
 /// The first terms that the data still ask for.
-fn still_asked(missing: &Missing) -> Vec<String> {
+fn still_asked(missing: &Missing) -> Vec<Line> {
     let Some(first) = missing.families.first() else { return Vec::new() };
     let tried = missing.tried;
     if !first.is_required() {
-        return vec![format!(
-            "missing: no further term is significant; the best of {tried} that were tried is {} (p = {:.2} by chance)",
+        return vec![Line::Said(format!(
+            "      missing: no further term is significant; the best of {tried} that were tried is {} (p = {:.2} by chance)",
             first.first.words(),
             first.first.probability
-        )];
+        ))];
     }
     let mut all = vec![
         "the data require a further term; the standard deviations above assume a complete model, and are too small:"
@@ -174,7 +185,7 @@ fn still_asked(missing: &Missing) -> Vec<String> {
             }
         )
     }));
-    all
+    all.into_iter().map(|doubt| Line::Against([BELOW, ""], doubt)).collect()
 }
 
 /// What thermometers say of the heat of a stream.

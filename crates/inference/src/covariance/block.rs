@@ -1,7 +1,7 @@
 //! One block of data, and what it adds to -ln likelihood.
 
 use crate::problem::{Observation, Prediction};
-use rijke_numerics::Matrix;
+use rijke_numerics::{Matrix, packed};
 
 /// A block with everything that its likelihood depends on.
 pub(crate) struct Likelihood<'a> {
@@ -39,7 +39,7 @@ impl Likelihood<'_> {
                 *s += a * c;
             }
         }
-        Matrix::from_fn(p, p, |i, j| sum[i.max(j) * (i.max(j) + 1) / 2 + i.min(j)])
+        Matrix::from_fn(p, p, |i, j| sum[packed(i, j)])
     }
 }
 

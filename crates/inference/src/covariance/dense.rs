@@ -5,17 +5,6 @@ use rijke_numerics::dot;
 use rijke_numerics::{Cholesky, Matrix, Order};
 use std::f64::consts::PI;
 
-/// A floating noise on this block: its coordinate, t = sd^2, S a, tr C^-1 S, and, to second order, S C^-1 and
-/// its transpose C^-1 S.
-struct Acting {
-    coordinate: usize,
-    variance: f64,
-    pull: Vec<f64>,
-    trace: f64,
-    relative: Matrix,
-    turned: Matrix,
-}
-
 impl Likelihood<'_> {
     /// As [`Likelihood::block`], with r the residual, C the covariance, a = C^-1 r and t = sd^2: J = r'a/2 +
     /// ln det(2 pi C)/2, dJ/dz = f_z' a, dJ/dt = (-a'Sa + tr C^-1 S)/2, d2J/dz2 = f_z' C^-1 f_z + a f_zz,
@@ -118,6 +107,17 @@ impl Likelihood<'_> {
             }
         }
     }
+}
+
+/// A floating noise on this block: its coordinate, t = sd^2, S a, tr C^-1 S, and, to second order, S C^-1 and
+/// its transpose C^-1 S.
+struct Acting {
+    coordinate: usize,
+    variance: f64,
+    pull: Vec<f64>,
+    trace: f64,
+    relative: Matrix,
+    turned: Matrix,
 }
 
 /// `structure` of a noise times `right`: by the entries that are not zero where these are few, as of a noise

@@ -57,12 +57,12 @@ impl Linearised {
         let turned: Vec<Vec<Option<Matrix>>> = noises.iter().map(|f| self.turned(f)).collect();
         let whole = |g: usize, h: usize| -> f64 {
             let both = turned[g].iter().zip(&turned[h]).filter_map(|(a, b)| a.as_ref().zip(b.as_ref()));
-            both.map(|(a, b)| trace_of_product(a, b)).sum()
+            both.map(|(a, b)| a.trace_of_product(b)).sum()
         };
         let information = Matrix::from_fn(noises.len(), noises.len(), |g, h| {
             let once: f64 = (0..p).map(|j| dot(&through[g][j], &self.weighed(&through[h][j]))).sum();
             let prior = if g == h { 0.25 * noises[g].precision } else { 0.0 };
-            0.5 * (whole(g, h) - 2.0 * once + trace_of_product(&inner[g], &inner[h])) + prior
+            0.5 * (whole(g, h) - 2.0 * once + inner[g].trace_of_product(&inner[h])) + prior
         });
         let Ok(factor) = Cholesky::new(&information) else { return known() };
         let slope: Vec<f64> = inner.iter().map(|m| 0.5 * (0..p).map(|i| m[(i, i)]).sum::<f64>()).collect();
@@ -103,7 +103,3 @@ impl Linearised {
 
 /// Noise that explains less of the data than this is taken for none.
 const SEEN: f64 = 1e-6;
-
-fn trace_of_product(a: &Matrix, b: &Matrix) -> f64 {
-    (0..a.rows()).map(|i| (0..a.columns()).map(|j| a[(i, j)] * b[(j, i)]).sum::<f64>()).sum()
-}

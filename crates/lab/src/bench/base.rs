@@ -2,7 +2,7 @@
 
 use super::campaign::Point;
 use super::error::BenchError;
-use super::truth::{Cooling, Truth};
+use super::truth::{BenchTruth, Cooling};
 use super::value::is_present;
 use rijke_rig::{Gas, GasState};
 use std::f64::consts::PI;
@@ -35,7 +35,7 @@ const STEP: f64 = 2.5e-3;
 
 impl Base {
     /// The mean state of `truth` at `point` when the room is at `ambient`, K.
-    pub(crate) fn new(truth: &Truth, point: &Point, ambient: f64) -> Result<Self, BenchError> {
+    pub(crate) fn new(truth: &BenchTruth, point: &Point, ambient: f64) -> Result<Self, BenchError> {
         let ducts: Vec<[f64; 2]> = truth
             .duct
             .iter()
@@ -228,7 +228,7 @@ mod tests {
     use std::path::Path;
 
     /// 50 W into a duct with a change of area behind it; the heat capacity does not depend on temperature.
-    fn truth(at: f64) -> Truth {
+    fn truth(at: f64) -> BenchTruth {
         let text = format!(
             "name = \"t\"\ncampaign = \"c\"\nvolume_flow = 1e-3\nupstream = {{ type = \"rigid\" }}
 downstream = {{ type = \"rigid\" }}
@@ -240,7 +240,7 @@ duct = [{{ length = 0.5, diameter = 0.05, layers = 1.0 }}, {{ length = 0.3, diam
 source = [{{ at = {at}, thickness = 0.01, power = 50.0, share = 0.8, times = \"seconds\" }}]
 gas = {{ molar_mass = 0.029, heat_capacity = [29.1, 0.0, 0.0, 0.0], viscosity = [1.7e-5, 110.0], conductivity = [0.024, 194.0] }}"
         );
-        Truth::parse(&text, Path::new("t")).unwrap()
+        crate::toml_file::parse(&text, Path::new("t")).unwrap()
     }
 
     fn base(at: f64) -> Result<Base, BenchError> {

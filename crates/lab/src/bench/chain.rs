@@ -6,7 +6,7 @@ use super::ends::End;
 use super::error::BenchError;
 use super::parts::Branch;
 use super::response::{Response, wire_sensitivity};
-use super::truth::Truth;
+use super::truth::BenchTruth;
 use super::value::is_present;
 use crate::acoustics::duct::Stretch;
 use crate::acoustics::obstacle::{Obstacle, end_correction};
@@ -83,7 +83,7 @@ const SLICES: usize = 16;
 
 impl Chain {
     /// The chain of `truth` at `point` with the mean state `base`.
-    pub(crate) fn new(truth: &Truth, point: &Point, base: &Base) -> Result<Self, BenchError> {
+    pub(crate) fn new(truth: &BenchTruth, point: &Point, base: &Base) -> Result<Self, BenchError> {
         let section = |k: usize| Section {
             radius: 0.5 * base.ducts[k][1],
             roughness: truth.duct[k].layers,

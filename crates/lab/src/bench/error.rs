@@ -1,5 +1,6 @@
 //! What can be wrong with a truth file, its campaign, or its modes.
 
+use crate::toml_file::TruthFault;
 use std::path::PathBuf;
 
 /// Why a bench makes no observations.
@@ -22,18 +23,19 @@ pub enum BenchError {
         /// The operating system's reason.
         cause: std::io::Error,
     },
-    /// The truth file does not parse.
-    #[error("{}:{line}: {message}", path.display())]
-    Truth {
+    /// The truth file cannot be read, or does not parse.
+    #[error(transparent)]
+    Truth(#[from] TruthFault),
+    /// The campaign is no table.
+    #[error("{}: {cause}", path.display())]
+    Csv {
         /// Which file.
         path: PathBuf,
-        /// Line, from 1.
-        line: usize,
-        /// What the parser says.
-        message: String,
+        /// What the reader says.
+        cause: csv::Error,
     },
     /// A column of the campaign whose unit is not known.
-    #[error("{}:{line}: the unit of column `{column}` is not known; known are {known}", path.display())]
+    #[error("{}:{line}: column `{column}`: {said}", path.display())]
     Unit {
         /// Which file.
         path: PathBuf,
@@ -41,8 +43,8 @@ pub enum BenchError {
         line: usize,
         /// The column.
         column: String,
-        /// The units that are known.
-        known: String,
+        /// What is wrong with it.
+        said: String,
     },
     /// A column that the campaign must have.
     #[error("{}: there is no column `{column}`; add it", path.display())]

@@ -6,7 +6,7 @@ use super::campaign::Point;
 use super::chain::Chain;
 use super::error::BenchError;
 use super::modes::modes;
-use super::truth::Truth;
+use super::truth::BenchTruth;
 use crate::records::virtual_rig::normal;
 use rayon::prelude::*;
 use rijke_numerics::{C64, Streams};
@@ -18,7 +18,7 @@ use std::path::{Path, PathBuf};
 #[derive(Clone, Debug)]
 pub struct Bench {
     path: PathBuf,
-    truth: Truth,
+    truth: BenchTruth,
     points: Vec<Point>,
 }
 
@@ -86,7 +86,7 @@ impl Bench {
     /// # Errors
     /// A file that cannot be read or parsed, with its line.
     pub fn read(path: &Path) -> Result<Self, BenchError> {
-        let truth = Truth::read(path)?;
+        let truth = BenchTruth::read(path)?;
         let points = campaign::read(&path.with_file_name(&truth.campaign))?;
         Ok(Self { path: path.to_owned(), truth, points })
     }

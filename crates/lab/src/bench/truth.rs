@@ -5,7 +5,7 @@ use super::error::BenchError;
 use super::parts::{BranchTruth, ObstacleTruth};
 use super::response::SourceTruth;
 use super::value::Value;
-use rijke_numerics::words::{line_of, of_toml};
+use crate::toml_file;
 use rijke_rig::Gas;
 use serde::Deserialize;
 use std::path::Path;
@@ -13,7 +13,7 @@ use std::path::Path;
 /// All of a truth file. Lengths in m, temperatures in K, SI throughout.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct Truth {
+pub(crate) struct BenchTruth {
     pub(crate) name: String,
     /// The campaign beside the truth file.
     pub(crate) campaign: String,
@@ -42,7 +42,7 @@ pub(crate) struct Truth {
     pub(crate) microphones: Microphones,
     #[serde(default)]
     pub(crate) thermometers: Option<Thermometers>,
-    pub(crate) noise: NoiseLevels,
+    pub(crate) noise: BenchNoise,
     /// What the truth means in the words of the competing laws; for people.
     #[serde(default)]
     #[allow(
@@ -112,7 +112,7 @@ pub(crate) struct Thermometers {
 /// Standard deviations of what is observed.
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct NoiseLevels {
+pub(crate) struct BenchNoise {
     /// Of a growth rate, 1/s.
     pub(crate) growth_rate: f64,
     /// Of a frequency, Hz.
@@ -129,19 +129,9 @@ fn one_atmosphere() -> f64 {
     101_325.0
 }
 
-impl Truth {
+impl BenchTruth {
     pub(crate) fn read(path: &Path) -> Result<Self, BenchError> {
-        let text = rijke_numerics::read_text(path)
-            .map_err(|cause| BenchError::Read { path: path.to_owned(), cause })?;
-        Self::parse(&text, path)
-    }
-
-    pub(crate) fn parse(text: &str, path: &Path) -> Result<Self, BenchError> {
-        let truth: Self = toml::from_str(text).map_err(|error| BenchError::Truth {
-            path: path.to_owned(),
-            line: line_of(text, error.span().map_or(0, |span| span.start)),
-            message: of_toml(error.message()),
-        })?;
+        let truth: Self = toml_file::read(path)?;
         let (reference, count) = (truth.microphones.reference, truth.microphones.at.len());
         if reference == 0 || reference > count {
             return Err(BenchError::Reference { reference, count });

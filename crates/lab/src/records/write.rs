@@ -7,13 +7,6 @@ use rijke_numerics::InOrder;
 use rijke_rig::{RecordSource, RigError};
 use std::path::Path;
 
-/// Which records of a set are written together.
-#[derive(Clone, Copy)]
-enum Batch {
-    Point(usize),
-    Calibration(usize),
-}
-
 impl VirtualRig {
     /// Number of records in the set.
     #[must_use]
@@ -71,4 +64,11 @@ impl VirtualRig {
         }
         Ok(())
     }
+}
+
+/// Which records of a set are written together.
+#[derive(Clone, Copy)]
+enum Batch {
+    Point(usize),
+    Calibration(usize),
 }

@@ -178,20 +178,9 @@ impl Laws {
 
     /// Writes law number `law` from a jet whose seeds are the parameters `seeds` (ascending) and, last, s.
     pub fn set_among(&mut self, law: usize, jet: &Jet, seeds: &[usize]) {
-        let (n, m) = (self.seeds, self.packed);
-        self.value[law] = jet.value();
-        let place = |i: usize| seeds.get(i).copied().unwrap_or(n - 1);
-        for (i, slope) in jet.gradient().iter().enumerate() {
-            self.gradient[law * n + place(i)] = *slope;
-        }
-        if m > 0 {
-            for i in 0..=seeds.len() {
-                for j in 0..=i {
-                    let (row, column) = (place(i), place(j));
-                    self.hessian[law * m + row * (row + 1) / 2 + column] = jet.hessian(i, j);
-                }
-            }
-        }
+        let last = self.seeds - 1;
+        let space = JetSpace::new(self.seeds, jet.order());
+        self.set(law, &space.take(jet, |i| Some(seeds.get(i).copied().unwrap_or(last))));
     }
 
     /// Writes law number `law` that depends on s alone, from value, first and second derivative; allocates

@@ -1,11 +1,13 @@
 //! A network in the making.
 
 use super::item::Item;
-use super::schema::Gas;
+use super::layout::SAME;
+use super::schema::{Flow, Gas};
 use super::warning::Warning;
+use crate::chain::coefficients::Coefficients;
 use crate::chain::network::Segment;
 use crate::flow_chain::{ActionKind, FlowWall};
-use crate::laws::{Law, LawSet, Likely, Table, TableError, TableRow};
+use crate::laws::{Law, LawSet, Likely, SpreadPiece, Table, TableError, TableRow};
 use crate::slot::Slot;
 use rijke_numerics::Stream;
 
@@ -59,7 +61,10 @@ pub(super) struct Assembly<'a> {
     pub(super) owners: Vec<usize>,
     pub(super) laws: LawSet,
     pub(super) attach: Vec<Attached>,
+    /// Numbers of laws of wall losses.
+    pub(super) of_walls: Vec<usize>,
     pub(super) flames: Vec<Flame>,
+    pub(super) listeners: Vec<Listener>,
     /// Place and loss coefficient of screens.
     pub(super) screens: Vec<(usize, f64)>,
     pub(super) places: Vec<(usize, String)>,
@@ -77,6 +82,61 @@ pub(super) struct Assembly<'a> {
     /// Whether pieces stand for what varies along a duct.
     pub(super) in_pieces: bool,
     pub(super) warnings: Vec<Warning>,
+}
+
+impl<'a> Assembly<'a> {
+    /// Of nothing yet, for a file with this gas and flow, in so many times more pieces than it says.
+    pub(super) fn new(gas: &'a Gas, flow: Option<&Flow>, omega: f64, finer: usize) -> Self {
+        let carrying = flow.filter(|flow| flow.entropy_waves);
+        Self {
+            gas,
+            segments: Vec::new(),
+            gases: Vec::new(),
+            walls: Vec::new(),
+            owners: Vec::new(),
+            laws: LawSet::default(),
+            attach: Vec::new(),
+            of_walls: Vec::new(),
+            flames: Vec::new(),
+            listeners: Vec::new(),
+            screens: Vec::new(),
+            places: Vec::new(),
+            devices: Vec::new(),
+            tables: Vec::new(),
+            redraw: None,
+            flows: flow.is_some(),
+            finer,
+            carried: carrying.map(|flow| Carried { flow: [flow.mach, flow.velocity], omega }),
+            passive: true,
+            in_pieces: false,
+            warnings: Vec::new(),
+        }
+    }
+
+    /// The place at `x` (m) of a tube of this length (m), when its ducts are there.
+    pub(super) fn place_at(&self, x: f64, length: f64) -> usize {
+        if x <= SAME * length {
+            return 0;
+        }
+        let mut end = 0.0;
+        let ends = self.segments.iter().map(|s| {
+            end += s.length;
+            end
+        });
+        ends.take_while(|end| *end < x + SAME * length).count()
+    }
+
+    /// By law: the name of the element whose it is, or what it is.
+    pub(super) fn actors(&self) -> Vec<String> {
+        let actor = |law: usize| {
+            let name = self.laws.name(law);
+            let of =
+                |(_, device): &(usize, String)| name.strip_prefix(device).is_some_and(|r| r.starts_with(':'));
+            let device = self.devices.iter().position(of);
+            device.map_or_else(|| "lumped wall losses".to_owned(), |k| self.places[k].1.clone())
+        };
+        (0..self.laws.laws()).map(actor).collect()
+    }
 }
 
 /// The mean flow that carries entropy waves, as far as the file says it before the chain is built.
@@ -123,6 +183,19 @@ pub(super) struct Flame {
     /// Distance of the reference, m, and whether it lies downstream.
     pub(super) reference: f64,
     pub(super) downstream: bool,
+}
+
+/// A flame that answers to a velocity elsewhere, in a chain at rest.
+pub(super) struct Listener {
+    pub(super) item: Item,
+    pub(super) place: usize,
+    /// Number of the law that is T.
+    pub(super) law: usize,
+    /// How far away the velocity is, m, and whether it lies downstream.
+    pub(super) distance: f64,
+    pub(super) downstream: bool,
+    /// Of a spread flame: the place of its end, and its pieces.
+    pub(super) spread: Option<(usize, Vec<SpreadPiece>)>,
 }
 
 impl Redraw<'_> {

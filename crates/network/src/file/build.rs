@@ -1,6 +1,6 @@
 //! From the tables of a file to a network and its laws.
 
-use super::assembly::{Assembly, Attached, Carried, Redraw};
+use super::assembly::{Assembly, Attached, Redraw};
 use super::error::FileError;
 use super::item::{Item, line_of_table};
 use super::layout::{Placed, SAME, place};
@@ -11,6 +11,7 @@ use super::schema::{Element, File, Gas};
 use super::sizes::Sizes;
 use super::spread::{Along, Spread};
 use super::warning::Warning;
+use crate::chain::coefficients::Coefficients;
 use crate::chain::network::Network;
 use crate::flow_chain::{FlowChain, FlowEnd};
 use crate::laws::{LawSet, Table};
@@ -18,6 +19,7 @@ use crate::plane::region::Region;
 use crate::slot::Slot;
 use rijke_numerics::words::line_of;
 use std::f64::consts::PI;
+use toml::Spanned;
 
 /// A network with its laws, and where to look for modes.
 #[derive(Clone, Debug, PartialEq)]
@@ -74,114 +76,34 @@ pub(super) fn build(text: &str, file: &File, reading: Reading<'_>) -> Result<Bui
     let ducts = placed.iter().take_while(|p| p.is_duct()).count();
     in_a_row(&mut placed[ducts..], length);
     let sizes = Sizes::of(gas, &region);
-    let carrying = file.flow.as_ref().filter(|flow| flow.entropy_waves);
-    let carried = carrying.map(|flow| Carried { flow: [flow.mach, flow.velocity], omega: region.omega[1] });
-    let mut warnings = sizes.doubtful(&head, gas, &placed);
-    warnings.extend(twins(&placed[ducts..], length));
-    warnings.extend(overlapping(&placed[ducts..]));
-    let mut assembly = Assembly {
-        gas,
-        segments: Vec::new(),
-        gases: Vec::new(),
-        walls: Vec::new(),
-        owners: Vec::new(),
-        laws: LawSet::default(),
-        attach: Vec::new(),
-        flames: Vec::new(),
-        screens: Vec::new(),
-        places: Vec::new(),
-        devices: Vec::new(),
-        tables: Vec::new(),
-        redraw: reading.redraw,
-        flows: file.flow.is_some(),
-        finer: reading.finer,
-        carried,
-        passive: true,
-        in_pieces: false,
-        warnings,
-    };
-    let spread = |p: &Placed| match &p.element {
-        Element::Flame(flame) => Spread::of(&p.item, flame, p.x, length, reading.finer),
-        _ => Ok(None),
-    };
-    let spreads: Vec<Option<Spread>> = placed.iter().map(spread).collect::<Result<_, _>>()?;
-    let mut cuts: Vec<f64> = placed.iter().filter(|p| !p.is_duct()).map(|p| p.x).collect();
-    for flame in spreads.iter().flatten() {
-        assembly.in_pieces = true;
-        cuts.extend(flame.sources.iter().map(|source| source[0]).chain([flame.end]));
-    }
-    for (owner, duct) in placed.iter().enumerate().filter(|(_, p)| p.is_duct()) {
-        assembly.duct(owner, duct, &cuts, SAME * length)?;
-    }
+    let mut assembly = Assembly::new(gas, file.flow.as_ref(), region.omega[1], reading.finer);
+    assembly.redraw = reading.redraw;
+    assembly.warnings.extend(sizes.doubtful(&head, gas, &placed));
+    assembly.warnings.extend(twins(&placed[ducts..], length));
+    assembly.warnings.extend(overlapping(&placed[ducts..]));
+    let along = assembly.cut(&placed, length)?;
     let (plane_below_hz, wide_or_narrow) = assembly.ducts_in_range(&sizes, &placed);
     assembly.warnings.extend(wide_or_narrow);
-    let place_of = |x: f64| {
-        let mut end = 0.0;
-        let ends = assembly.segments.iter().map(|s| {
-            end += s.length;
-            end
-        });
-        1 + ends.take_while(|end| *end < x + SAME * length).count()
-    };
-    let place_at = |x: f64| if x <= SAME * length { 0 } else { place_of(x) - 1 };
-    let at: Vec<usize> = placed.iter().map(|p| place_at(p.x)).collect();
-    let along: Vec<Option<Along>> = spreads.into_iter().map(|s| s.map(|s| Along::of(s, place_at))).collect();
-    for (device, &place) in placed.iter().zip(&at).filter(|(p, _)| !p.is_duct()) {
-        assembly.places.push((place, device.called.clone()));
-        assembly.devices.push((place, device.item.place.clone()));
-    }
-    for ((device, &place), along) in placed.iter().zip(&at).zip(&along).filter(|((p, _), _)| !p.is_duct()) {
-        assembly.compact(&device.item, place, &device.element, along.as_ref())?;
-        // In a flow every piece of a flame acts where it is.
-        for along in along.iter().filter(|_| file.flow.is_some()) {
-            assembly.places.extend(along.places.iter().map(|place| (*place, device.called.clone())));
-        }
-    }
-    if file.flow.is_none() {
-        assembly.warnings.extend(at_rest(&placed));
-    }
-    let line = line_of_table(text, "flow");
-    let flow = file.flow.as_ref().map(|flow| assembly.flow(line, flow, &placed)).transpose()?;
-    if let Some(chain) = &flow {
-        let doubtful = assembly.flow_in_range(chain, &sizes, &placed);
-        assembly.warnings.extend(doubtful);
-    }
-    let machs = flow.as_ref().map(|f| [0, f.states().len() - 1].map(|i| f.states()[i].mach(f.gammas()[i])));
-    let mut ends = Vec::new();
-    for (k, (place, table)) in
-        [("[upstream]", &file.upstream), ("[downstream]", &file.downstream)].into_iter().enumerate()
-    {
-        let item = Item { line: line_of(text, table.span().start), place: place.to_owned() };
-        ends.push(assembly.end(item, table.get_ref().clone(), k, machs.map(|m| m[k]), &region)?);
-    }
+    assembly.act(&placed, &along, length)?;
+    let flow = assembly.in_flow(text, file, &placed, &sizes)?;
+    let ends = assembly.ends(text, file, flow.as_ref(), &region)?;
     let tables = assembly.fitted(&region);
     let flow = flow.map(|chain| {
         assembly.passive = false;
-        let closed = ends.iter().map(|(law, choked)| {
-            if *choked { FlowEnd::Choked } else { FlowEnd::Reflection(assembly.laws.laws[*law].1.clone()) }
+        let closed = ends.map(|(law, choked)| {
+            if choked { FlowEnd::Choked } else { FlowEnd::Reflection(assembly.laws.laws[law].1.clone()) }
         });
-        chain.with_ends(closed.collect::<Vec<_>>().try_into().unwrap_or([FlowEnd::Choked, FlowEnd::Choked]))
+        chain.with_ends(closed)
     });
-    let actor = |(name, _): &(String, _)| {
-        let device =
-            assembly.devices.iter().position(|d| name.strip_prefix(&d.1).is_some_and(|r| r.starts_with(':')));
-        device.map_or_else(|| "lumped wall losses".to_owned(), |k| assembly.places[k].1.clone())
-    };
-    let actors = assembly.laws.laws.iter().map(actor).collect();
-    let mut network = Network::new(assembly.segments)?;
-    for Attached { slot, law, weight, .. } in assembly.attach {
-        network.attach(slot, law, weight)?;
-    }
-    network.attach(Slot::Upstream, ends[0].0, 1.0)?;
-    network.attach(Slot::Downstream, ends[1].0, 1.0)?;
+    let network = assembly.network(ends)?;
     Ok(Built {
         name: file.name.clone(),
         network,
-        laws: assembly.laws,
         flow,
         region,
+        actors: assembly.actors(),
+        laws: assembly.laws,
         places: assembly.places,
-        actors,
         passive: assembly.passive,
         plane_below_hz,
         in_pieces: assembly.in_pieces,
@@ -199,6 +121,98 @@ fn check(gas: &Gas, head: &Item) -> Result<(), FileError> {
 }
 
 impl Assembly<'_> {
+    /// Cuts the ducts into segments where devices are, and gives the flames that are spread along them.
+    fn cut(&mut self, placed: &[Placed], length: f64) -> Result<Vec<Option<Along>>, FileError> {
+        let spread = |p: &Placed| match &p.element {
+            Element::Flame(flame) => Spread::of(&p.item, flame, p.x, length, self.finer),
+            _ => Ok(None),
+        };
+        let spreads: Vec<Option<Spread>> = placed.iter().map(spread).collect::<Result<_, _>>()?;
+        let mut cuts: Vec<f64> = placed.iter().filter(|p| !p.is_duct()).map(|p| p.x).collect();
+        for flame in spreads.iter().flatten() {
+            self.in_pieces = true;
+            cuts.extend(flame.sources.iter().map(|source| source[0]).chain([flame.end]));
+        }
+        for (owner, duct) in placed.iter().enumerate().filter(|(_, p)| p.is_duct()) {
+            self.duct(owner, duct, &cuts, SAME * length)?;
+        }
+        self.of_walls = (0..self.laws.laws()).collect();
+        let along = |spread| Along::of(spread, |x| self.place_at(x, length));
+        Ok(spreads.into_iter().map(|spread| spread.map(along)).collect())
+    }
+
+    /// Lets the devices act.
+    fn act(&mut self, placed: &[Placed], along: &[Option<Along>], length: f64) -> Result<(), FileError> {
+        let at = |p: &Placed| self.place_at(p.x, length);
+        let devices: Vec<(&Placed, usize, Option<&Along>)> = placed
+            .iter()
+            .zip(along)
+            .filter(|(p, _)| !p.is_duct())
+            .map(|(p, along)| (p, at(p), along.as_ref()))
+            .collect();
+        for (device, place, _) in &devices {
+            self.places.push((*place, device.called.clone()));
+            self.devices.push((*place, device.item.place.clone()));
+        }
+        for (device, place, along) in devices {
+            self.compact(&device.item, place, &device.element, along)?;
+            // In a flow every piece of a flame acts where it is.
+            if let Some(along) = along.filter(|_| self.flows) {
+                self.places.extend(along.places.iter().map(|place| (*place, device.called.clone())));
+            }
+        }
+        Ok(())
+    }
+
+    /// The chain with mean flow, if the file has one, with choked ends for the time being.
+    fn in_flow(
+        &mut self,
+        text: &str,
+        file: &File,
+        placed: &[Placed],
+        sizes: &Sizes,
+    ) -> Result<Option<FlowChain>, FileError> {
+        let Some(flow) = &file.flow else {
+            self.warnings.extend(at_rest(placed));
+            return Ok(None);
+        };
+        let chain = self.flow(line_of_table(text, "flow"), flow, placed)?;
+        let doubtful = self.flow_in_range(&chain, sizes, placed);
+        self.warnings.extend(doubtful);
+        Ok(Some(chain))
+    }
+
+    /// The laws of both ends, and whether they are choked.
+    fn ends(
+        &mut self,
+        text: &str,
+        file: &File,
+        flow: Option<&FlowChain>,
+        region: &Region,
+    ) -> Result<[(usize, bool); 2], FileError> {
+        let mach = |of_flow: &FlowChain, k: usize| {
+            let i = if k == 0 { 0 } else { of_flow.states().len() - 1 };
+            of_flow.states()[i].mach(of_flow.gammas()[i])
+        };
+        let mut of = |k: usize, place: &str, table: &Spanned<toml::Table>| {
+            let item = Item { line: line_of(text, table.span().start), place: place.to_owned() };
+            self.end(item, table.get_ref().clone(), k, flow.map(|flow| mach(flow, k)), region)
+        };
+        Ok([of(0, "[upstream]", &file.upstream)?, of(1, "[downstream]", &file.downstream)?])
+    }
+
+    /// The chain with its gas at rest.
+    fn network(&mut self, ends: [(usize, bool); 2]) -> Result<Network, FileError> {
+        let mut network = Network::new(std::mem::take(&mut self.segments))?;
+        for Attached { slot, law, weight, .. } in std::mem::take(&mut self.attach) {
+            network.attach(slot, law, weight)?;
+        }
+        network.attach(Slot::Upstream, ends[0].0, 1.0)?;
+        network.attach(Slot::Downstream, ends[1].0, 1.0)?;
+        self.listen(&mut network)?;
+        Ok(network)
+    }
+
     /// The tables as they were fitted, and a warning of each that does not reach as far as the search.
     fn fitted(&mut self, region: &Region) -> Vec<Table> {
         let mut tables = Vec::new();

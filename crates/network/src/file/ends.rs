@@ -6,13 +6,75 @@ use super::item::Item;
 use super::odd::{growing, matched, thick_wall, turned};
 use super::problem::ElementProblem;
 use super::ranges::{blown_through, drawn_in};
-use super::schema::{End, Transfer};
+use super::schema::Transfer;
 use super::sizes::Sizes;
 use super::warning::Warning;
 use crate::laws::{Law, choked_inlet, choked_outlet, thick_wall_correction};
 use crate::plane::region::Region;
 use rijke_numerics::C64;
+use serde::Deserialize;
 use std::f64::consts::PI;
+
+/// The ends.
+#[derive(Debug, Deserialize)]
+#[serde(tag = "type", rename_all = "kebab-case", deny_unknown_fields)]
+enum End {
+    // With braces, or keys that they do not have would be passed over.
+    Open {},
+    Closed {},
+    Anechoic {},
+    /// Constant R; angle in rad.
+    Constant {
+        modulus: f64,
+        angle: f64,
+    },
+    /// R = modulus e^{-s delay}, with sign.
+    Delayed {
+        factor: f64,
+        delay: f64,
+    },
+    Unflanged {
+        /// m; thin if absent.
+        #[serde(default)]
+        wall_thickness: f64,
+        /// Calibration: R is multiplied by modulus e^{i angle}.
+        calibration: Option<[f64; 2]>,
+    },
+    Flanged {},
+    /// A compact choked nozzle; with mean flow its Mach number follows.
+    Choked {
+        mach: Option<f64>,
+    },
+    /// Normalised impedance p/(rho c u) into the end.
+    Impedance {
+        #[serde(default = "super::schema::unity")]
+        numerator: Vec<f64>,
+        #[serde(default = "super::schema::unity")]
+        denominator: Vec<f64>,
+        #[serde(default)]
+        delay: f64,
+        table: Option<Vec<[f64; 3]>>,
+        #[serde(default = "super::schema::fit")]
+        tolerance: f64,
+    },
+    /// R itself, rational in s.
+    Rational {
+        numerator: Vec<f64>,
+        denominator: Vec<f64>,
+        #[serde(default)]
+        delay: f64,
+    },
+    /// R itself, from a table, times gain e^{-s delay}.
+    Table {
+        table: Vec<[f64; 3]>,
+        #[serde(default = "super::schema::fit")]
+        tolerance: f64,
+        #[serde(default = "super::schema::one")]
+        gain: f64,
+        #[serde(default)]
+        delay: f64,
+    },
+}
 
 impl Assembly<'_> {
     /// The law of the upstream (0) or downstream (1) end, and whether it is choked. `mach` is that of a mean
@@ -64,19 +126,8 @@ impl Assembly<'_> {
                 self.function(&item, &shape, 1.0)?
             }
             End::Unflanged { wall_thickness, calibration } => {
-                let thickness = item.not_negative("wall_thickness", wall_thickness)?;
-                self.warnings.extend(thick_wall(&item, thickness, radius));
-                let correction = thick_wall_correction(radius, thickness);
                 is_mouth = calibration.is_none();
-                let law = Law::Unflanged { radius, sound_speed, correction };
-                match calibration {
-                    Some([modulus, angle]) => {
-                        item.positive("calibration", modulus)?;
-                        self.warnings.extend(turned(&item, angle));
-                        Law::Scaled(Box::new(law), C64::from_polar(modulus, angle))
-                    }
-                    None => law,
-                }
+                self.unflanged(&item, [radius, sound_speed], wall_thickness, calibration)?
             }
             End::Flanged {} => {
                 is_mouth = true;
@@ -84,21 +135,7 @@ impl Assembly<'_> {
             }
             End::Choked { mach: given } => {
                 choked = true;
-                let mach = match (given, mach) {
-                    (Some(mach), None) => item.positive("mach", mach)?,
-                    (None, Some(mach)) => mach,
-                    (None, None) => {
-                        return Err(item.fail(ElementProblem::OneOf { one: "mach", other: "[flow]" }));
-                    }
-                    (Some(_), Some(_)) => {
-                        return Err(item.fail(ElementProblem::OneOf { one: "mach", other: "[flow]" }));
-                    }
-                };
-                if mach >= 0.3 {
-                    return Err(item.fail(ElementProblem::TooFast { mach }));
-                }
-                let closure = if end == 0 { choked_inlet } else { choked_outlet };
-                constant(closure(self.gases[if end == 0 { 0 } else { self.gases.len() - 1 }].gamma, mach))
+                constant(self.nozzle(&item, end, [given, mach])?)
             }
             End::Impedance { numerator, denominator, delay, table, tolerance } => {
                 let shape = Transfer { table, tolerance, ..function(delay, &numerator, &denominator) };
@@ -121,6 +158,38 @@ impl Assembly<'_> {
         self.check_modulus(&item, &law, region);
         self.warnings.extend(mach.filter(|_| is_mouth && end == 0).map(|mach| drawn_in(&item, mach)));
         Ok((self.laws.push(item.place, law), choked))
+    }
+
+    /// R of an unflanged end of this radius (m) and speed of sound (m/s).
+    fn unflanged(
+        &mut self,
+        item: &Item,
+        [radius, sound_speed]: [f64; 2],
+        wall_thickness: f64,
+        calibration: Option<[f64; 2]>,
+    ) -> Result<Law, FileError> {
+        let thickness = item.not_negative("wall_thickness", wall_thickness)?;
+        self.warnings.extend(thick_wall(item, thickness, radius));
+        let correction = thick_wall_correction(radius, thickness);
+        let law = Law::Unflanged { radius, sound_speed, correction };
+        let Some([modulus, angle]) = calibration else { return Ok(law) };
+        item.positive("calibration", modulus)?;
+        self.warnings.extend(turned(item, angle));
+        Ok(Law::Scaled(Box::new(law), C64::from_polar(modulus, angle)))
+    }
+
+    /// R of a compact choked nozzle at an end, whose Mach number is given or that of a mean flow.
+    fn nozzle(&self, item: &Item, end: usize, mach: [Option<f64>; 2]) -> Result<f64, FileError> {
+        let mach = match mach {
+            [Some(given), None] => item.positive("mach", given)?,
+            [None, Some(of_flow)] => of_flow,
+            _ => return Err(item.fail(ElementProblem::OneOf { one: "mach", other: "[flow]" })),
+        };
+        if mach >= 0.3 {
+            return Err(item.fail(ElementProblem::TooFast { mach }));
+        }
+        let closure = if end == 0 { choked_inlet } else { choked_outlet };
+        Ok(closure(self.gases[if end == 0 { 0 } else { self.gases.len() - 1 }].gamma, mach))
     }
 
     /// Warns of an end whose |R| exceeds 1 at a frequency of the search.

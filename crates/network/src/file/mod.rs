@@ -2,7 +2,7 @@
 //!
 //! `schema` is what a file may hold; `item` and `layout` find its elements and their lines; `row` puts
 //! devices at one place one behind the other; `assembly` gathers segments and laws, which `duct`, `compact`,
-//! `ends` and `flow` add; `build` makes the network.
+//! `devices`, `ends`, `flow` and `hear` add; `build` makes the network.
 //! Knows every room of the crate; none knows it.
 
 mod account;
@@ -10,11 +10,13 @@ mod assembly;
 mod build;
 mod compact;
 mod course;
+mod devices;
 mod driven;
 mod duct;
 mod ends;
 mod error;
 mod flow;
+mod hear;
 mod item;
 mod layout;
 mod named;

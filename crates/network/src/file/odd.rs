@@ -2,7 +2,7 @@
 
 use super::item::Item;
 use super::layout::{Placed, SAME};
-use super::schema::Element;
+use super::schema::{Element, Hole, Screen};
 use super::warning::Warning;
 use rijke_numerics::words::rounded;
 
@@ -15,7 +15,7 @@ const TURNED: f64 = 1.0;
 /// A warning of every resonator that equals one before it at its place. Their admittances have one pole, of
 /// which only one state answers to the pressure in the duct.
 pub(super) fn twins(devices: &[Placed], length: f64) -> Vec<Warning> {
-    let rings = |p: &Placed| matches!(p.element, Element::Helmholtz { .. } | Element::QuarterWave { .. });
+    let rings = |p: &Placed| matches!(p.element, Element::Helmholtz(_) | Element::QuarterWave(_));
     let twin = |(k, p): (usize, &Placed)| {
         let same = |o: &&Placed| rings(o) && (o.x - p.x).abs() <= SAME * length && o.element == p.element;
         let other = devices[..k].iter().rev().find(same)?;
@@ -29,8 +29,10 @@ pub(super) fn twins(devices: &[Placed], length: f64) -> Vec<Warning> {
 pub(super) fn at_rest(placed: &[Placed]) -> impl Iterator<Item = Warning> {
     placed.iter().filter_map(|Placed { item, element, .. }| {
         let (key, why) = match element {
-            Element::Screen { loss: Some(_), .. } => ("loss", "it is the loss of a mean flow"),
-            Element::Screen { open_area: Some(_), .. } => ("open_area", "it gives the loss of a mean flow"),
+            Element::Screen(Screen { loss: Some(_), .. }) => ("loss", "it is the loss of a mean flow"),
+            Element::Screen(Screen { open_area: Some(_), .. }) => {
+                ("open_area", "it gives the loss of a mean flow")
+            }
             _ => return None,
         };
         Some(Warning::idle(item, key, why, "the file has no [flow]: give it, or `resistance`"))
@@ -42,7 +44,7 @@ pub(super) fn at_rest(placed: &[Placed]) -> impl Iterator<Item = Warning> {
 pub(super) fn overlapping(devices: &[Placed]) -> Vec<Warning> {
     let holes = || {
         devices.iter().filter_map(|p| match p.element {
-            Element::SideHole { diameter, .. } => Some((p, diameter)),
+            Element::SideHole(Hole { diameter, .. }) => Some((p, diameter)),
             _ => None,
         })
     };

@@ -128,110 +128,21 @@ pub(super) fn rows(file: &'static str, text: &str, columns: usize) -> Result<Vec
     Ok(out)
 }
 
+/// Ratio of specific heats.
+const GAMMA: f64 = 1.4;
+
 /// A flow chain and the region to search, from the texts of a folder.
 ///
 /// # Errors
 /// [`OscilosError`], naming the file.
 pub fn read_oscilos(texts: &OscilosTexts) -> Result<(FlowChain, Region), OscilosError> {
-    const GAMMA: f64 = 1.4;
-    /// Gas constant of air as that program has it, J/(kg K).
-    const AIR: f64 = 8.3145 / 28.965_12 * 1000.0;
-    let flow = &rows("Mean_flow.txt", &texts.mean_flow, 6)?[0];
-    let [pressure, temperature, choice, speed, gamma_choice, ratio] =
-        [flow[0], flow[1], flow[2], flow[3], flow[4], flow[5]];
-    if gamma_choice != 1.0 {
-        return Err(OscilosError::Unsupported {
-            file: "Mean_flow.txt",
-            what: "Choice_gamma",
-            value: gamma_choice,
-            known: "1 (constant)",
-        });
-    }
-    const FLOW: &str = "Mean_flow.txt";
-    within(FLOW, "the pressure (Pa)", pressure, [1e2, 1e9], "100 to 1e9 Pa")?;
-    within(FLOW, "the temperature (K)", temperature, [100.0, 4000.0], "100 to 4000 K")?;
-    within(FLOW, "the Mach number or velocity", speed, [0.0, 1e4], "0 or more")?;
-    within(FLOW, "the ratio of temperatures", ratio, [0.1, 20.0], "0.1 to 20")?;
-    let sound_speed = (GAMMA * AIR * temperature).sqrt();
-    // Both ways that program raises a vanishing flow to a Mach number of 1e-6.
-    let velocity = match choice {
-        1.0 => speed.max(1e-6) * sound_speed,
-        2.0 => speed.max(1e-6 * sound_speed),
-        value => {
-            return Err(OscilosError::Unsupported {
-                file: "Mean_flow.txt",
-                what: "choice_M1_u1",
-                value,
-                known: "1 (Mach number) and 2 (velocity)",
-            });
-        }
-    };
-    let inlet = FlowState { pressure, density: pressure / (AIR * temperature), velocity };
+    let (inlet, sound_speed, ratio) = mean_flow(&texts.mean_flow)?;
     let flame = match &texts.flame {
         Some(text) => Some(rows("Flame.txt", text, 3)?.swap_remove(0)),
         None => None,
     };
     let geometry = rows("Geometry.txt", &texts.geometry, 4)?;
-    if geometry.len() < 2 {
-        return Err(OscilosError::Positions { row: geometry.len() });
-    }
-    let mut ducts = Vec::new();
-    for (row, pair) in geometry.windows(2).enumerate() {
-        let ([x, r, section, tube], [x_end, r_end]) =
-            ([pair[0][0], pair[0][1], pair[0][2], pair[0][3]], [pair[1][0], pair[1][1]]);
-        if x_end <= x {
-            return Err(OscilosError::Positions { row: row + 2 });
-        }
-        if let Some(&value) = [r, r_end].iter().find(|r| !(**r > 0.0 && r.is_finite())) {
-            let (file, what) = ("Geometry.txt", "radius");
-            return Err(OscilosError::Unsupported { file, what, value, known: "positive radii" });
-        }
-        // Ratio of temperatures, and the flame Q'/Q = n e^{-s tau} u'/U.
-        let (heat, flame) = match section {
-            0.0 => (1.0, None),
-            _ if row == 0 => (1.0, None),
-            10.0 => (ratio, None),
-            11.0 => {
-                if ducts.iter().any(|duct: &FlowDuct| !duct.actions.is_empty()) {
-                    return Err(OscilosError::Flames { row: row + 1 });
-                }
-                let flame = flame.as_ref().ok_or(OscilosError::NoFlame)?;
-                if flame[0] != 1.0 {
-                    return Err(OscilosError::Unsupported {
-                        file: "Flame.txt",
-                        what: "Type",
-                        value: flame[0],
-                        known: "1 (n-tau)",
-                    });
-                }
-                let (numerator, denominator) = (vec![1.0], vec![1.0]);
-                let (gain, delay) = (flame[1], flame[2] * 1e-3);
-                within("Flame.txt", "the delay (ms)", flame[2], [0.0, 1e4], "0 to 10 000 ms")?;
-                (ratio, Some(Law::Transfer { gain, numerator, denominator, delay }))
-            }
-            value => {
-                return Err(OscilosError::Unsupported {
-                    file: "Geometry.txt",
-                    what: "SectionIndex",
-                    value,
-                    known: "0, 10 and 11",
-                });
-            }
-        };
-        // A gradual change is a staircase of 49 steps, each with the radius at its upstream end.
-        let pieces = if tube >= 1.0 { 49 } else { 1 };
-        for k in 0..pieces {
-            let radius = r + (r_end - r) * f64::from(k) / 49.0;
-            let mut duct = FlowDuct::new((x_end - x) / f64::from(pieces), PI * radius * radius);
-            if k == 0 {
-                duct = duct.heated(heat);
-                if let Some(law) = &flame {
-                    duct = duct.with(ActionKind::Flame, law.clone());
-                }
-            }
-            ducts.push(duct);
-        }
-    }
+    let ducts = ducts(&geometry, ratio, flame.as_deref())?;
     let radii = [geometry[0][1], geometry[geometry.len() - 1][1]];
     let upstream = FlowEnd::Reflection(boundary("Inlet.txt", &texts.inlet, radii[0], sound_speed)?);
     let chain = FlowChain::new(GAMMA, inlet, ducts, [upstream.clone(), upstream.clone()])?;
@@ -242,6 +153,94 @@ pub fn read_oscilos(texts: &OscilosTexts) -> Result<(FlowChain, Region), Oscilos
     // Laws of s have a branch point at s = 0: the search starts at 1 Hz at least.
     let omega = [scan[0].max(1.0), scan[1]].map(|f| 2.0 * PI * f);
     Ok((chain, Region { sigma: [scan[3], scan[4]], omega }))
+}
+
+/// The state at the inlet with its speed of sound, and the ratio of temperatures behind and before what
+/// heats.
+fn mean_flow(text: &str) -> Result<(FlowState, f64, f64), OscilosError> {
+    const FLOW: &str = "Mean_flow.txt";
+    /// Gas constant of air as that program has it, J/(kg K).
+    const AIR: f64 = 8.3145 / 28.965_12 * 1000.0;
+    let flow = &rows(FLOW, text, 6)?[0];
+    let [pressure, temperature, choice, speed, gamma_choice, ratio] =
+        [flow[0], flow[1], flow[2], flow[3], flow[4], flow[5]];
+    let unsupported = |what, value, known| OscilosError::Unsupported { file: FLOW, what, value, known };
+    if gamma_choice != 1.0 {
+        return Err(unsupported("Choice_gamma", gamma_choice, "1 (constant)"));
+    }
+    within(FLOW, "the pressure (Pa)", pressure, [1e2, 1e9], "100 to 1e9 Pa")?;
+    within(FLOW, "the temperature (K)", temperature, [100.0, 4000.0], "100 to 4000 K")?;
+    within(FLOW, "the Mach number or velocity", speed, [0.0, 1e4], "0 or more")?;
+    within(FLOW, "the ratio of temperatures", ratio, [0.1, 20.0], "0.1 to 20")?;
+    let sound_speed = (GAMMA * AIR * temperature).sqrt();
+    // Both ways that program raises a vanishing flow to a Mach number of 1e-6.
+    let velocity = match choice {
+        1.0 => speed.max(1e-6) * sound_speed,
+        2.0 => speed.max(1e-6 * sound_speed),
+        value => return Err(unsupported("choice_M1_u1", value, "1 (Mach number) and 2 (velocity)")),
+    };
+    let inlet = FlowState { pressure, density: pressure / (AIR * temperature), velocity };
+    Ok((inlet, sound_speed, ratio))
+}
+
+/// The ducts between the rows of `Geometry.txt`; `ratio` is that of temperatures, and `flame` the row of
+/// `Flame.txt`.
+fn ducts(geometry: &[Vec<f64>], ratio: f64, flame: Option<&[f64]>) -> Result<Vec<FlowDuct>, OscilosError> {
+    const FILE: &str = "Geometry.txt";
+    if geometry.len() < 2 {
+        return Err(OscilosError::Positions { row: geometry.len() });
+    }
+    let mut ducts: Vec<FlowDuct> = Vec::new();
+    for (row, pair) in geometry.windows(2).enumerate() {
+        let ([x, r, section, tube], [x_end, r_end]) =
+            ([pair[0][0], pair[0][1], pair[0][2], pair[0][3]], [pair[1][0], pair[1][1]]);
+        if x_end <= x {
+            return Err(OscilosError::Positions { row: row + 2 });
+        }
+        if let Some(&value) = [r, r_end].iter().find(|r| !(**r > 0.0 && r.is_finite())) {
+            let (what, known) = ("radius", "positive radii");
+            return Err(OscilosError::Unsupported { file: FILE, what, value, known });
+        }
+        let (heat, law) = match section {
+            0.0 => (1.0, None),
+            _ if row == 0 => (1.0, None),
+            10.0 => (ratio, None),
+            11.0 if ducts.iter().any(|duct| !duct.actions.is_empty()) => {
+                return Err(OscilosError::Flames { row: row + 1 });
+            }
+            11.0 => (ratio, Some(flame_law(flame.ok_or(OscilosError::NoFlame)?)?)),
+            value => {
+                let (what, known) = ("SectionIndex", "0, 10 and 11");
+                return Err(OscilosError::Unsupported { file: FILE, what, value, known });
+            }
+        };
+        // A gradual change is a staircase of 49 steps, each with the radius at its upstream end.
+        let pieces = if tube >= 1.0 { 49 } else { 1 };
+        for k in 0..pieces {
+            let radius = r + (r_end - r) * f64::from(k) / 49.0;
+            let mut duct = FlowDuct::new((x_end - x) / f64::from(pieces), PI * radius * radius);
+            if k == 0 {
+                duct = duct.heated(heat);
+                if let Some(law) = &law {
+                    duct = duct.with(ActionKind::Flame, law.clone());
+                }
+            }
+            ducts.push(duct);
+        }
+    }
+    Ok(ducts)
+}
+
+/// Q'/Q = n e^{-s tau} u'/U.
+fn flame_law(row: &[f64]) -> Result<Law, OscilosError> {
+    const FILE: &str = "Flame.txt";
+    let [kind, gain, delay] = [row[0], row[1], row[2]];
+    if kind != 1.0 {
+        let (what, known) = ("Type", "1 (n-tau)");
+        return Err(OscilosError::Unsupported { file: FILE, what, value: kind, known });
+    }
+    within(FILE, "the delay (ms)", delay, [0.0, 1e4], "0 to 10 000 ms")?;
+    Ok(Law::Transfer { gain, numerator: vec![1.0], denominator: vec![1.0], delay: delay * 1e-3 })
 }
 
 /// A reflection beyond is a slip of the pen: an active end may exceed 1, but not by far.

@@ -4,15 +4,14 @@
 use super::assembly::Assembly;
 use super::item::Item;
 use super::layout::Placed;
-use super::schema::{Duct, Element};
+use super::schema::{Duct, Element, Orifice};
 use super::sizes::{Sizes, size};
 use super::warning::Warning;
 use crate::flow_chain::FlowChain;
 use crate::laws::WallLaw;
+use rijke_numerics::slips::cut_on;
 use std::f64::consts::{PI, TAU};
 
-/// k a at which the first higher mode of a round duct is cut on: the first zero of J1'.
-const CUT_ON: f64 = 1.841_183_78;
 /// Radius over sqrt(mu/(omega rho)) below which a layer at the wall is not thin: one part in twenty of the
 /// loss is missing there.
 const THIN_LAYER: f64 = 20.0;
@@ -27,12 +26,11 @@ impl Assembly<'_> {
     /// The frequency from which on a higher mode is cut on in some duct, Hz, and what is doubtful about ducts
     /// at the frequencies of the search.
     pub(super) fn ducts_in_range(&self, sizes: &Sizes, placed: &[Placed]) -> (f64, Vec<Warning>) {
-        let cut_on =
-            |k: usize| CUT_ON * self.segments[k].sound_speed / (TAU * (self.segments[k].area / PI).sqrt());
+        let width = |k: usize| 2.0 * (self.segments[k].area / PI).sqrt();
+        let cut_on = |k: usize| cut_on(width(k), self.segments[k].sound_speed);
         let first = (0..self.segments.len()).min_by(|a, b| cut_on(*a).total_cmp(&cut_on(*b)));
         let plane_below_hz = first.map_or(f64::INFINITY, cut_on);
         let mut all = Vec::new();
-        let width = |k: usize| 2.0 * (self.segments[k].area / PI).sqrt();
         // Of a slip of the unit another warning speaks.
         let slip = |k: &usize| match widest(&placed[self.owners[*k]].element) {
             Some((_, value, "m")) => sizes.is_too_wide(value),
@@ -77,7 +75,7 @@ impl Assembly<'_> {
             else {
                 continue;
             };
-            if let Element::Orifice { diameter, porosity, drag, bias_velocity, .. } = element {
+            if let Element::Orifice(Orifice { diameter, porosity, drag, bias_velocity, .. }) = element {
                 let open =
                     porosity.unwrap_or(0.25 * PI * diameter * diameter / self.segments[place - 1].area);
                 let velocity = before.velocity / open;
@@ -91,7 +89,7 @@ impl Assembly<'_> {
             }
             let loss = self.screens.iter().find(|(at, _)| at == place).map_or(0.0, |screen| screen.1);
             let drop = 0.5 * loss * before.density * before.velocity.powi(2) / before.pressure;
-            if matches!(element, Element::Screen { .. }) && drop > SMALL_DROP {
+            if matches!(element, Element::Screen(_)) && drop > SMALL_DROP {
                 let what = format!(
                     "the mean flow loses {:.0} % of its pressure here, which the mean state behind it leaves out",
                     100.0 * drop

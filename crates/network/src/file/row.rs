@@ -7,7 +7,7 @@
 //! other are parts of one flame, and all answer to the velocity in front of it.
 
 use super::layout::{Placed, SAME};
-use super::schema::{Coefficient, Direction, Element, Flame};
+use super::schema::{Coefficient, Direction, Element, Feedback, Flame};
 
 /// Distance from place to place in a row, over the length of the network: no longer than it takes to be two
 /// places.
@@ -62,7 +62,7 @@ fn apart(row: &mut [Placed], length: f64) {
     // A flame stays where the gas gets hot, a plate where the duct gets wide, and what precedes it stands in
     // the duct before. Without either all are in the gas upstream.
     let flame = row.iter().position(|p| matches!(p.element, Element::Flame(_)));
-    let plate = || row.iter().position(|p| matches!(p.element, Element::Orifice { .. }));
+    let plate = || row.iter().position(|p| matches!(p.element, Element::Orifice(_)));
     let mut stays = flame.or_else(plate).map_or(number, |k| numbers[k]);
     if x <= SAME * length {
         stays = 0;
@@ -84,17 +84,15 @@ fn acts(element: &Element) -> Acts {
     const BOTH: Of = Of { pressure: true, velocity: true };
     match element {
         Element::Duct(_) => Acts::default(),
-        Element::Orifice { .. } | Element::Screen { .. } => Acts { answers_to: VELOCITY, changes: PRESSURE },
-        Element::Helmholtz { .. } | Element::QuarterWave { .. } => {
-            Acts { answers_to: PRESSURE, changes: VELOCITY }
-        }
-        Element::SideHole { .. } => Acts { answers_to: BOTH, changes: BOTH },
+        Element::Orifice(_) | Element::Screen(_) => Acts { answers_to: VELOCITY, changes: PRESSURE },
+        Element::Helmholtz(_) | Element::QuarterWave(_) => Acts { answers_to: PRESSURE, changes: VELOCITY },
+        Element::SideHole(_) => Acts { answers_to: BOTH, changes: BOTH },
         // From the state in front of the row it is carried back to a reference upstream.
         Element::Flame(flame) => {
             let answers_to = if flame.reference == 0.0 { VELOCITY } else { Of::default() };
             Acts { answers_to, changes: VELOCITY }
         }
-        Element::Feedback { mu, mp, eu, ep } => {
+        Element::Feedback(Feedback { mu, mp, eu, ep }) => {
             let [mu, mp, eu, ep] = [mu, mp, eu, ep].map(|k| !matches!(k, Coefficient::Constant([0.0, 0.0])));
             Acts {
                 answers_to: Of { pressure: mp || ep, velocity: mu || eu },

@@ -1,4 +1,4 @@
-//! What a network file may hold.
+//! What a network file may hold; its ends stand beside their laws.
 
 use crate::laws::WallLaw;
 use serde::Deserialize;
@@ -173,16 +173,16 @@ pub(super) enum Scheme {
     Lumped,
 }
 
-fn one() -> f64 {
+pub(super) fn one() -> f64 {
     1.0
 }
 
 /// Deviation from a table that is allowed, over its largest gain.
-fn fit() -> f64 {
+pub(super) fn fit() -> f64 {
     1e-6
 }
 
-fn unity() -> Vec<f64> {
+pub(super) fn unity() -> Vec<f64> {
     vec![1.0]
 }
 
@@ -254,67 +254,100 @@ pub(super) enum Element {
     /// A straight or conical duct.
     Duct(Box<Duct>),
     /// Feedback coefficients.
-    Feedback {
-        #[serde(default)]
-        mu: Coefficient,
-        #[serde(default)]
-        mp: Coefficient,
-        #[serde(default)]
-        eu: Coefficient,
-        #[serde(default)]
-        ep: Coefficient,
-    },
-    /// A plate with a hole: inertia rho l_eff A/A_hole s, and drag.
-    Orifice {
-        diameter: f64,
-        thickness: f64,
-        /// Pa s/m.
-        #[serde(default)]
-        drag: f64,
-        /// Of a plate with many holes: the open part of the area of the duct before it.
-        porosity: Option<f64>,
-        /// Of a flow through the holes, averaged over them, m/s.
-        bias_velocity: Option<f64>,
-    },
+    Feedback(Feedback),
+    /// A plate with a hole.
+    Orifice(Orifice),
     /// A gauze across the tube.
-    Screen {
-        /// Pa s/m, of slow steady flow.
-        #[serde(default)]
-        resistance: f64,
-        /// Open part of its area; gives the loss coefficient.
-        open_area: Option<f64>,
-        /// Loss coefficient K of steady flow, pressure drop K rho U^2/2: acts with flow only.
-        loss: Option<f64>,
-        /// Length of the air that it moves, m.
-        #[serde(default)]
-        effective_length: f64,
-    },
+    Screen(Screen),
     /// An open hole or chimney in the wall of the tube.
-    SideHole {
-        diameter: f64,
-        /// Thickness of the wall, or height of the chimney, m.
-        length: f64,
-        #[serde(default)]
-        outlet: Outlet,
-        #[serde(default)]
-        wall: WallChoice,
-    },
+    SideHole(Hole),
     /// A compact heat source.
     Flame(Box<Flame>),
     /// A Helmholtz resonator on the wall.
-    Helmholtz {
-        volume: f64,
-        neck_area: f64,
-        /// Effective length, end corrections included.
-        neck_length: f64,
-        /// Pa s/m, pressure over velocity in the neck.
-        #[serde(default)]
-        resistance: f64,
-        /// Of a flow through the neck, averaged over it, m/s.
-        bias_velocity: Option<f64>,
-    },
+    Helmholtz(Resonator),
     /// A closed tube on the wall.
-    QuarterWave { length: f64, area: f64 },
+    QuarterWave(Branch),
+}
+
+/// Feedback coefficients.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Feedback {
+    #[serde(default)]
+    pub(super) mu: Coefficient,
+    #[serde(default)]
+    pub(super) mp: Coefficient,
+    #[serde(default)]
+    pub(super) eu: Coefficient,
+    #[serde(default)]
+    pub(super) ep: Coefficient,
+}
+
+/// A plate with a hole: inertia rho l_eff A/A_hole s, and drag.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Orifice {
+    pub(super) diameter: f64,
+    pub(super) thickness: f64,
+    /// Pa s/m.
+    #[serde(default)]
+    pub(super) drag: f64,
+    /// Of a plate with many holes: the open part of the area of the duct before it.
+    pub(super) porosity: Option<f64>,
+    /// Of a flow through the holes, averaged over them, m/s.
+    pub(super) bias_velocity: Option<f64>,
+}
+
+/// A gauze across the tube.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Screen {
+    /// Pa s/m, of slow steady flow.
+    #[serde(default)]
+    pub(super) resistance: f64,
+    /// Open part of its area; gives the loss coefficient.
+    pub(super) open_area: Option<f64>,
+    /// Loss coefficient K of steady flow, pressure drop K rho U^2/2: acts with flow only.
+    pub(super) loss: Option<f64>,
+    /// Length of the air that it moves, m.
+    #[serde(default)]
+    pub(super) effective_length: f64,
+}
+
+/// An open hole or chimney in the wall of the tube.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Hole {
+    pub(super) diameter: f64,
+    /// Thickness of the wall, or height of the chimney, m.
+    pub(super) length: f64,
+    #[serde(default)]
+    pub(super) outlet: Outlet,
+    #[serde(default)]
+    pub(super) wall: WallChoice,
+}
+
+/// A Helmholtz resonator on the wall.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Resonator {
+    pub(super) volume: f64,
+    pub(super) neck_area: f64,
+    /// Effective length, end corrections included.
+    pub(super) neck_length: f64,
+    /// Pa s/m, pressure over velocity in the neck.
+    #[serde(default)]
+    pub(super) resistance: f64,
+    /// Of a flow through the neck, averaged over it, m/s.
+    pub(super) bias_velocity: Option<f64>,
+}
+
+/// A closed tube on the wall.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Branch {
+    pub(super) length: f64,
+    pub(super) area: f64,
 }
 
 /// What a side hole opens to.
@@ -326,64 +359,4 @@ pub(super) enum Outlet {
     Flanged,
     /// The end of a thin tube.
     Unflanged,
-}
-
-#[derive(Debug, Deserialize)]
-#[serde(tag = "type", rename_all = "kebab-case", deny_unknown_fields)]
-pub(super) enum End {
-    // With braces, or keys that they do not have would be passed over.
-    Open {},
-    Closed {},
-    Anechoic {},
-    /// Constant R; angle in rad.
-    Constant {
-        modulus: f64,
-        angle: f64,
-    },
-    /// R = modulus e^{-s delay}, with sign.
-    Delayed {
-        factor: f64,
-        delay: f64,
-    },
-    Unflanged {
-        /// m; thin if absent.
-        #[serde(default)]
-        wall_thickness: f64,
-        /// Calibration: R is multiplied by modulus e^{i angle}.
-        calibration: Option<[f64; 2]>,
-    },
-    Flanged {},
-    /// A compact choked nozzle; with mean flow its Mach number follows.
-    Choked {
-        mach: Option<f64>,
-    },
-    /// Normalised impedance p/(rho c u) into the end.
-    Impedance {
-        #[serde(default = "unity")]
-        numerator: Vec<f64>,
-        #[serde(default = "unity")]
-        denominator: Vec<f64>,
-        #[serde(default)]
-        delay: f64,
-        table: Option<Vec<[f64; 3]>>,
-        #[serde(default = "fit")]
-        tolerance: f64,
-    },
-    /// R itself, rational in s.
-    Rational {
-        numerator: Vec<f64>,
-        denominator: Vec<f64>,
-        #[serde(default)]
-        delay: f64,
-    },
-    /// R itself, from a table, times gain e^{-s delay}.
-    Table {
-        table: Vec<[f64; 3]>,
-        #[serde(default = "fit")]
-        tolerance: f64,
-        #[serde(default = "one")]
-        gain: f64,
-        #[serde(default)]
-        delay: f64,
-    },
 }

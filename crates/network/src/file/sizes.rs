@@ -2,33 +2,18 @@
 
 use super::item::Item;
 use super::layout::Placed;
-use super::schema::{Coefficient, Element, Gas};
+use super::schema::{Branch, Coefficient, Duct, Element, Feedback, Gas, Orifice, Resonator, Screen};
 use super::warning::Warning;
 use crate::plane::region::Region;
+use rijke_numerics::slips::{
+    COLD, PRANDTL, PRESSURE, VISCOSITY, is_light, is_too_late, is_too_long, is_too_wide,
+};
 use rijke_numerics::words::rounded;
 use std::f64::consts::{PI, TAU};
 
-/// A duct of fewer wavelengths at the highest frequency of the search is no slip, nor is a delay of fewer
-/// periods. Whoever looks for the first mode of a tube, at a quarter of a wavelength, and gives its length in
-/// mm, gives 250.
-const MOST_WAVELENGTHS: f64 = 200.0;
-/// As long as this, m, ducts are of most rigs, whatever the search.
-const LONG: f64 = 100.0;
-/// Wider ducts than this, m, are no slip either where the sound is in plane waves.
-const WIDE: f64 = 5.0;
 /// Longer necks, holes and plates than this, m, are none.
 const THICK: f64 = 5.0;
-/// A delay that is most often one in milliseconds, s.
-const LATEST: f64 = 1.0;
-/// Gas this cold, K, is most often given in degrees Celsius.
-const COLDEST: f64 = 100.0;
-/// Gas constants above this, J/(kg K), are those of helium and hydrogen, which stay gases where it is colder.
-const LIGHT: f64 = 1000.0;
-/// Gas of less pressure than this, Pa, is most often given in kPa.
-const THIN: f64 = 1000.0;
-/// Prandtl numbers of gases, and their viscosities at room temperature, Pa s and K.
-const PRANDTL: [f64; 2] = [0.1, 1.5];
-const VISCOSITY: [f64; 2] = [5e-6, 5e-5];
+/// Room temperature, K.
 const ROOM: f64 = 293.15;
 /// Gas constant of uranium hexafluoride, J/(kg K), and a little more than the ratio of specific heats of
 /// single atoms.
@@ -52,15 +37,49 @@ pub(super) struct Sizes {
 impl Sizes {
     pub(super) fn of(gas: &Gas, region: &Region) -> Self {
         let highest = region.omega[1] / TAU;
-        let sound_speed = (gas.gamma * gas.gas_constant * gas.temperature.max(COLDEST)).sqrt();
-        Self { highest, wavelength: sound_speed / highest, freezes: gas.gas_constant < LIGHT }
+        let sound_speed = (gas.gamma * gas.gas_constant * gas.temperature.max(COLD)).sqrt();
+        Self { highest, wavelength: sound_speed / highest, freezes: !is_light(gas.gas_constant) }
     }
 
     /// What is doubtful about the sizes of gas and elements.
     pub(super) fn doubtful(&self, head: &Item, gas: &Gas, placed: &[Placed]) -> Vec<Warning> {
+        let mut all = self.of_gas(head, gas);
+        for Placed { item, element, x, .. } in placed {
+            match element {
+                Element::Duct(duct) => all.extend(self.of_duct(item, duct)),
+                Element::Flame(flame) => {
+                    all.extend(self.late(item, flame.delay).or_else(|| self.late(item, flame.delay_end?)));
+                }
+                Element::Feedback(Feedback { mu, mp, eu, ep }) => {
+                    let delay = |c: &Coefficient| match c {
+                        Coefficient::Function(t) => self.late(item, t.delay),
+                        Coefficient::Constant(_) => None,
+                    };
+                    all.extend([mu, mp, eu, ep].into_iter().find_map(delay));
+                }
+                Element::Helmholtz(resonator) => {
+                    all.extend(self.of_resonator(item, resonator, area_at(placed, *x)));
+                }
+                Element::QuarterWave(branch) => {
+                    all.extend(self.of_branch(item, branch, area_at(placed, *x)));
+                }
+                Element::SideHole(hole) => all.extend(thick(item, "length", hole.length)),
+                Element::Orifice(orifice) => all.extend(self.of_orifice(item, orifice)),
+                Element::Screen(screen) => all.extend(of_screen(item, screen)),
+            }
+        }
+        all
+    }
+
+    fn of_gas(&self, head: &Item, gas: &Gas) -> Vec<Warning> {
         let mut all: Vec<Warning> = self.cold(head, gas.temperature).into_iter().collect();
-        all.extend((gas.pressure < THIN).then(|| {
-            let why = "less than a hundredth of that of the atmosphere".to_owned();
+        let [least, most] = PRESSURE;
+        all.extend((gas.pressure > most).then(|| {
+            let what = format!("pressure is {} Pa, and rigs have at most {most}", rounded(gas.pressure));
+            Warning::range(head, what, "check the decimal point and the unit")
+        }));
+        all.extend((gas.pressure < least).then(|| {
+            let why = "less than in any rig".to_owned();
             let remedy = format!("if these are kPa, write {}", 1e3 * gas.pressure);
             size(head, "pressure", gas.pressure, "Pa", why, remedy)
         }));
@@ -88,84 +107,63 @@ impl Sizes {
             let what = format!("gamma is {}, and no gas has more than 5/3", rounded(gas.gamma));
             Warning::range(head, what, "write 1.4 for air; check the decimal point")
         }));
-        for Placed { item, element, x, .. } in placed {
-            let thick = |key, value: f64| {
-                (value > THICK).then(|| millimetres(item, key, value, "longer than any".to_owned()))
-            };
-            match element {
-                Element::Duct(duct) => {
-                    all.extend(self.long(item, duct.length));
-                    let wide = |(key, value): (&'static str, Option<f64>)| self.wide(item, key, value?);
-                    let widths = [("diameter", duct.diameter), ("diameter_end", duct.diameter_end)];
-                    all.extend(widths.into_iter().find_map(wide));
-                    let given = [duct.temperature, duct.temperature_end];
-                    let list = duct.temperatures.iter().flatten().copied();
-                    all.extend(given.into_iter().flatten().chain(list).find_map(|t| self.cold(item, t)));
-                }
-                Element::Flame(flame) => {
-                    all.extend(self.late(item, flame.delay).or_else(|| self.late(item, flame.delay_end?)));
-                }
-                Element::Feedback { mu, mp, eu, ep } => {
-                    let delay = |c: &Coefficient| match c {
-                        Coefficient::Function(t) => self.late(item, t.delay),
-                        Coefficient::Constant(_) => None,
-                    };
-                    all.extend([mu, mp, eu, ep].into_iter().find_map(delay));
-                }
-                Element::Helmholtz { volume, neck_area, neck_length, bias_velocity, .. } => {
-                    all.extend(self.not_small(item, "the cavity", volume.cbrt()));
-                    all.extend(
-                        self.not_small(item, "the neck", *neck_length).filter(|_| *neck_length <= THICK),
-                    );
-                    all.extend(thick("neck_length", *neck_length));
-                    all.extend(self.fast(item, *bias_velocity));
-                    let duct = area_at(placed, *x).filter(|duct| *neck_area > NECK * duct);
-                    let (line, place, neck) = (item.line, item.place.clone(), *neck_area);
-                    all.extend(duct.map(|duct| Warning::Neck { line, place, neck, duct }));
-                    let least = 0.5 * PI * (neck / PI).sqrt();
-                    all.extend((*neck_length < least).then(|| {
-                        let what = format!(
-                            "neck_length is {:.2} mm, and even a neck without a wall moves {:.2} mm of air: neck_length counts what moves on both sides of it",
-                            1e3 * neck_length,
-                            1e3 * least
-                        );
-                        Warning::range(item, what, "add some 0.8 radii on either side to the length of the neck")
-                    }));
-                }
-                Element::QuarterWave { length, area } => {
-                    all.extend(self.long(item, *length));
-                    let duct = area_at(placed, *x).filter(|duct| *area > NECK * duct);
-                    all.extend(duct.map(|duct| {
-                        let what = format!(
-                            "its area is {} m^2, and that of the duct {} m^2",
-                            rounded(*area),
-                            rounded(duct)
-                        );
-                        Warning::range(item, what, "check its unit; a wider duct is no side branch")
-                    }));
-                }
-                Element::SideHole { length, .. } => all.extend(thick("length", *length)),
-                Element::Orifice { diameter, thickness, bias_velocity, .. } => {
-                    all.extend(thick("thickness", *thickness));
-                    all.extend((bias_velocity.is_some() && *thickness > 0.5 * diameter).then(|| {
-                        let what = "with bias_velocity the hole is taken to be thinner than its radius: in a thicker one the shear layer meets the wall again";
-                        Warning::range(item, what.to_owned(), "leave bias_velocity out, and give the `drag` that was measured")
-                    }));
-                    all.extend(self.fast(item, *bias_velocity));
-                }
-                Element::Screen { resistance: 0.0, effective_length: 0.0, open_area: None, loss: None } => {
-                    let remedy = "give `resistance`, or in [flow] `open_area` or `loss`";
-                    all.push(Warning::range(
-                        item,
-                        "no key of it gives a resistance or a mass: it does nothing".to_owned(),
-                        remedy,
-                    ));
-                }
-                Element::Screen { effective_length, .. } => {
-                    all.extend(thick("effective_length", *effective_length));
-                }
-            }
-        }
+        all
+    }
+
+    fn of_duct(&self, item: &Item, duct: &Duct) -> Vec<Warning> {
+        let wide = |(key, value): (&'static str, Option<f64>)| self.wide(item, key, value?);
+        let widths = [("diameter", duct.diameter), ("diameter_end", duct.diameter_end)];
+        let given = [duct.temperature, duct.temperature_end];
+        let list = duct.temperatures.iter().flatten().copied();
+        let cold = given.into_iter().flatten().chain(list).find_map(|t| self.cold(item, t));
+        let all = [self.long(item, duct.length), widths.into_iter().find_map(wide), cold];
+        all.into_iter().flatten().collect()
+    }
+
+    /// Of a resonator on a duct of area `duct`, m^2.
+    fn of_resonator(&self, item: &Item, resonator: &Resonator, duct: Option<f64>) -> Vec<Warning> {
+        let Resonator { volume, neck_area: neck, neck_length, bias_velocity, .. } = *resonator;
+        let mut all: Vec<Warning> = self.not_small(item, "the cavity", volume.cbrt()).into_iter().collect();
+        all.extend(self.not_small(item, "the neck", neck_length).filter(|_| neck_length <= THICK));
+        all.extend(thick(item, "neck_length", neck_length));
+        all.extend(self.fast(item, bias_velocity));
+        let (line, place) = (item.line, item.place.clone());
+        all.extend(duct.filter(|duct| neck > NECK * duct).map(|duct| Warning::Neck {
+            line,
+            place,
+            neck,
+            duct,
+        }));
+        let least = 0.5 * PI * (neck / PI).sqrt();
+        all.extend((neck_length < least).then(|| {
+            let what = format!(
+                "neck_length is {:.2} mm, and even a neck without a wall moves {:.2} mm of air: neck_length counts what moves on both sides of it",
+                1e3 * neck_length,
+                1e3 * least
+            );
+            Warning::range(item, what, "add some 0.8 radii on either side to the length of the neck")
+        }));
+        all
+    }
+
+    /// Of a closed tube on a duct of area `duct`, m^2.
+    fn of_branch(&self, item: &Item, branch: &Branch, duct: Option<f64>) -> Vec<Warning> {
+        let wide = duct.filter(|duct| branch.area > NECK * duct).map(|duct| {
+            let (own, duct) = (rounded(branch.area), rounded(duct));
+            let what = format!("its area is {own} m^2, and that of the duct {duct} m^2");
+            Warning::range(item, what, "check its unit; a wider duct is no side branch")
+        });
+        self.long(item, branch.length).into_iter().chain(wide).collect()
+    }
+
+    fn of_orifice(&self, item: &Item, orifice: &Orifice) -> Vec<Warning> {
+        let Orifice { diameter, thickness, bias_velocity, .. } = *orifice;
+        let mut all: Vec<Warning> = thick(item, "thickness", thickness).into_iter().collect();
+        all.extend((bias_velocity.is_some() && thickness > 0.5 * diameter).then(|| {
+            let what = "with bias_velocity the hole is taken to be thinner than its radius: in a thicker one the shear layer meets the wall again";
+            Warning::range(item, what.to_owned(), "leave bias_velocity out, and give the `drag` that was measured")
+        }));
+        all.extend(self.fast(item, bias_velocity));
         all
     }
 
@@ -183,16 +181,14 @@ impl Sizes {
         let periods = value * self.highest;
         let why = || format!("{periods:.0} periods of the highest frequency of the search");
         let remedy = || format!("if these are ms, write {}", 1e-3 * value);
-        let late = value > LATEST && periods > MOST_WAVELENGTHS;
-        late.then(|| size(item, "delay", value, "s", why(), remedy()))
+        is_too_late(value, self.highest).then(|| size(item, "delay", value, "s", why(), remedy()))
     }
 
     /// A duct of too many wavelengths.
     fn long(&self, item: &Item, value: f64) -> Option<Warning> {
         let waves = value / self.wavelength;
         let why = || format!("{waves:.0} wavelengths at the highest frequency of the search");
-        let long = value > LONG && waves > MOST_WAVELENGTHS;
-        long.then(|| millimetres(item, "length", value, why()))
+        is_too_long(value, self.wavelength).then(|| millimetres(item, "length", value, why()))
     }
 
     /// A duct in which sound is in no plane waves.
@@ -202,7 +198,7 @@ impl Sizes {
     }
 
     pub(super) fn is_too_wide(&self, value: f64) -> bool {
-        value > WIDE && value > self.wavelength
+        is_too_wide(value, self.wavelength)
     }
 
     /// A length across which the sound of a resonator is not one pressure or one velocity.
@@ -221,8 +217,22 @@ impl Sizes {
     fn cold(&self, item: &Item, value: f64) -> Option<Warning> {
         let remedy = || format!("if these are degrees Celsius, write {}", value + 273.15);
         let why = || "colder than any gas of a rig".to_owned();
-        (self.freezes && value < COLDEST).then(|| size(item, "temperature", value, "K", why(), remedy()))
+        (self.freezes && value < COLD).then(|| size(item, "temperature", value, "K", why(), remedy()))
     }
+}
+
+fn of_screen(item: &Item, screen: &Screen) -> Option<Warning> {
+    let Screen { resistance, effective_length, open_area, loss } = *screen;
+    if resistance == 0.0 && effective_length == 0.0 && open_area.is_none() && loss.is_none() {
+        let what = "no key of it gives a resistance or a mass: it does nothing".to_owned();
+        return Some(Warning::range(item, what, "give `resistance`, or in [flow] `open_area` or `loss`"));
+    }
+    thick(item, "effective_length", effective_length)
+}
+
+/// A neck, hole or plate that is too long.
+fn thick(item: &Item, key: &'static str, value: f64) -> Option<Warning> {
+    (value > THICK).then(|| millimetres(item, key, value, "longer than any".to_owned()))
 }
 
 fn millimetres(item: &Item, key: &'static str, value: f64, why: String) -> Warning {

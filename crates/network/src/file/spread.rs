@@ -1,15 +1,12 @@
 //! Flames that are spread along ducts.
 
-use super::assembly::{Assembly, Flame, Role};
+use super::assembly::{Assembly, Flame, Listener};
 use super::error::FileError;
 use super::item::Item;
 use super::problem::ElementProblem;
 use super::schema::{self, Direction, Transfer};
 use crate::flow_chain::ActionKind;
-use crate::laws::{
-    Law, PathDuct, SourceCoefficient, SpreadFlame, SpreadSource, spread_middle, spread_weights,
-};
-use crate::slot::Slot;
+use crate::laws::{Law, SpreadPiece, spread_middle, spread_weights};
 use rijke_numerics::C64;
 
 /// Pieces of a spread flame whose file does not say a number.
@@ -107,15 +104,15 @@ fn later(law: &Law, by: f64) -> Law {
 }
 
 impl Assembly<'_> {
-    /// The laws of a flame spread behind `place`; `gain` is that of all its heat, and a path leads upstream
-    /// to the velocity that it answers to.
+    /// The laws of a flame spread behind `place`; `gain` is that of all its heat, which answers to the
+    /// velocity so far upstream.
     pub(super) fn spread(
         &mut self,
         item: &Item,
         place: usize,
         shape: &Transfer,
         gain: f64,
-        (distance, path): (f64, &[PathDuct]),
+        distance: f64,
         Along { spread, places, end }: &Along,
     ) -> Result<(), FileError> {
         let inside = |(j, other): &&(usize, String)| (place + 1..*end).contains(j) && *other != item.place;
@@ -127,35 +124,25 @@ impl Assembly<'_> {
         // The delays are those of the sources.
         let transfer = self.function(item, &Transfer { delay: 0.0, ..shape.clone() }, gain)?;
         let start: f64 = self.segments[..place].iter().map(|s| s.length).sum();
-        let (mut sources, mut from, mut area) = (Vec::new(), place, None);
+        let mut pieces: Vec<SpreadPiece> = Vec::new();
+        let mut last = None;
         for (&to, &[x, weight, delay]) in places.iter().zip(&spread.sources) {
-            let stretch = |i: usize| {
-                let here = self.segments[i].area;
-                PathDuct {
-                    ratio: area.replace(here).map_or(1.0, |before: f64| before / here),
-                    ..self.stretch(i)
-                }
-            };
-            sources.push(SpreadSource { path: (from..to).map(stretch).collect(), weight, delay });
-            from = to;
+            // One law for all pieces that are equally late.
+            let law = last.filter(|(_, same)| *same == delay).map_or_else(
+                || self.laws.push(format!("{}: flame", item.place), later(&transfer, delay)),
+                |(law, _)| law,
+            );
+            last = Some((law, delay));
+            pieces.push(SpreadPiece { place: to, law, weight });
             let reference = x - start + if distance == 0.0 { BEFORE * x } else { distance };
             // Volume flow over the area where it comes from.
             let share = weight * self.segments[place].area / self.segments[to].area;
             let law = Law::Scaled(Box::new(later(&transfer, delay)), C64::new(-share, 0.0));
             self.flames.push(Flame { place: to, law, effect: ActionKind::Eu, reference, downstream: false });
         }
-        for (slot, of_velocity, cause) in [
-            (Slot::Eu(place), true, SourceCoefficient::Velocity),
-            (Slot::Mu(place), false, SourceCoefficient::Velocity),
-            (Slot::Ep(place), true, SourceCoefficient::Pressure),
-            (Slot::Mp(place), false, SourceCoefficient::Pressure),
-        ] {
-            if !path.is_empty() || cause == SourceCoefficient::Velocity {
-                let (transfer, sources, path) = (transfer.clone(), sources.clone(), path.to_vec());
-                let law = SpreadFlame { transfer, sources, path, of_velocity, cause };
-                self.add(slot, format!("{}: flame", item.place), Law::Spread(Box::new(law)), Role::Flame);
-            }
-        }
+        let law = pieces.first().map_or(0, |piece| piece.law);
+        let spread = Some((*end, pieces));
+        self.listeners.push(Listener { item: item.clone(), place, law, distance, downstream: false, spread });
         Ok(())
     }
 }

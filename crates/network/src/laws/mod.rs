@@ -5,23 +5,22 @@
 mod batch;
 mod bias;
 mod ends;
+mod heard;
 mod holes;
 pub mod levine_schwinger;
-mod probe;
 mod remote;
 mod remote_spread;
 mod roots;
-mod spread;
+mod stretch;
 pub mod wall;
 
 pub use bias::{Behind, BiasHole, steady_share};
 pub use ends::{choked_inlet, choked_outlet, thick_wall_correction};
+pub use heard::{Heard, HeardLaws};
 pub use holes::{Leg, SideHole, fok, inner_correction, matching_length, series_correction};
-pub use probe::{PathDuct, Probe, Side, SourceCoefficient};
 pub use remote::{NoReference, RemoteSource};
 pub use remote_spread::{RemoteSpread, SpreadPiece, spread_middle, spread_weights};
 pub use rijke_numerics::rational::{Likely, Table, TableError, TableRow, phase_slope};
-pub use spread::{SpreadFlame, SpreadSource};
 pub use wall::{Wall, WallLaw};
 
 use crate::chain::coefficients::{At, Coefficients, Laws, Pole};
@@ -31,7 +30,7 @@ use crate::laws::ends::{PISTON_UP_TO, piston};
 use crate::laws::roots::polynomial_roots;
 use crate::laws::wall::Loss;
 use crate::plane::region::Region;
-use crate::plane::zeros::zeros;
+use crate::plane::zeros::zeros_of;
 use rijke_numerics::{C64, Jet, JetSpace, Order};
 use std::f64::consts::PI;
 
@@ -67,10 +66,6 @@ pub enum Law {
     },
     /// A transfer function from a table.
     Table(Table),
-    /// Feedback from the velocity at another place.
-    Probe(Box<Probe>),
-    /// Heat released at many places in answer to one velocity.
-    Spread(Box<SpreadFlame>),
     /// A hole with a bias flow.
     Bias(BiasHole),
     /// Admittance of a Helmholtz resonator over the duct's area: k_ep = s/(A (m s^2 + r s + k)).
@@ -139,8 +134,6 @@ impl Law {
                 (&ratio * &s.scale(real(-delay)).exp()).scale(real(*gain))
             }
             Self::Table(table) => table.at(s, space),
-            Self::Probe(probe) => probe.at(s, space),
-            Self::Spread(flame) => flame.at(s, space),
             Self::Bias(hole) => hole.at(s),
             Self::Helmholtz { duct_area, inertance, resistance, stiffness } => {
                 let below = &(s * s).scale(real(*inertance)) + &s.scale(real(*resistance));
@@ -189,9 +182,6 @@ impl Law {
             Self::Transfer { denominator, .. } => polynomial_roots(denominator),
             Self::Table(table) => table.terms.iter().map(|t| (t.0, 1)).collect(),
             Self::Scaled(law, _) => law.poles_in(region)?,
-            Self::Probe(probe) if probe.side == Side::Upstream => probe.transfer.poles_in(region)?,
-            // All four coefficients have the poles of the transfer function, of which they act at one place.
-            Self::Spread(flame) => flame.transfer.poles_in(region)?,
             Self::Bias(hole) => {
                 // Above, only a resonance.
                 let border = BiasHole::SHED_BELOW / hole.time;
@@ -206,14 +196,6 @@ impl Law {
                     }
                 }
                 all
-            }
-            // Both coefficients of a closed loop have its poles, but the network only once: k_eu declares
-            // them. At a pole of the transfer function the coefficients are finite.
-            Self::Probe(probe) if probe.of == SourceCoefficient::Pressure => Vec::new(),
-            Self::Probe(probe) => {
-                let poles = probe.transfer.poles_in(&region.widened(1.0))?;
-                let time = probe.transfer.delay() + probe.travel_time();
-                roots_of(|s, space| probe.open_loop(s, space), region, time, &poles)?
             }
             Self::Helmholtz { inertance, resistance, stiffness, .. } => {
                 polynomial_roots(&[*stiffness, *resistance, *inertance])
@@ -277,26 +259,37 @@ const MOST_POLES: f64 = 1e4;
 /// Where the search for poles of open ends begins, rad/s.
 const LOWEST: f64 = 1.0;
 
-/// The zeros of an analytic function in `region`, or somewhat beyond if one lies on its border.
+/// The zeros of an analytic function in `region`, or somewhat beyond if one lies on its border; `time` is the
+/// longest delay in it, s.
 fn roots_of(
     f: impl Fn(&Jet, JetSpace) -> Jet,
     region: &Region,
     time: f64,
     poles: &[(C64, usize)],
 ) -> Result<Vec<(C64, usize)>, NetworkError> {
-    let size = (region.sigma[1] - region.sigma[0]).hypot(region.omega[1] - region.omega[0]);
-    let step = (0.25 * PI / time).min(size / 16.0);
     let space = JetSpace::new(1, Order::First);
+    let at = |s: C64| {
+        let jet = f(&space.seed(0, s), space);
+        [jet.value(), jet.gradient()[0]]
+    };
+    zeros_near(at, region, (0.25 * PI / time).min(longest_step(region)), poles)
+}
+
+/// The longest interval between samples of a law along the border of a region.
+fn longest_step(region: &Region) -> f64 {
+    (region.sigma[1] - region.sigma[0]).hypot(region.omega[1] - region.omega[0]) / 16.0
+}
+
+/// The same of a function with its derivative, and with samples `step` apart.
+fn zeros_near(
+    f: impl Fn(C64) -> [C64; 2],
+    region: &Region,
+    step: f64,
+    poles: &[(C64, usize)],
+) -> Result<Vec<(C64, usize)>, NetworkError> {
     let mut outcome = Ok(Vec::new());
     for widening in [0.0, 0.37, 0.81, 1.29] {
-        let region = region.widened(widening * step);
-        let inside = poles.iter().filter(|p| region.contains(p.0)).map(|p| p.1).sum();
-        let at = |s: C64| {
-            let jet = f(&space.seed(0, s), space);
-            [jet.value(), jet.gradient()[0]]
-        };
-        outcome = zeros(at, &region, step, poles.to_vec(), inside)
-            .map(|found| found.modes.iter().map(|m| (m.s, m.multiplicity)).collect());
+        outcome = zeros_of(&f, &region.widened(widening * step), step, poles.to_vec());
         if !matches!(outcome, Err(NetworkError::Border { .. } | NetworkError::NotFinite { .. })) {
             break;
         }
@@ -309,24 +302,19 @@ fn roots_of(
 pub struct LawSet {
     /// Names for messages, and laws.
     pub laws: Vec<(String, Law)>,
+    /// Sources that answer to a velocity elsewhere by some of these laws. Their own laws follow `laws`.
+    pub heard: Heard,
 }
 
 impl LawSet {
-    /// Adds a law and returns its number.
+    /// Adds a law and returns its number. To be done before anything is `heard`.
     pub fn push(&mut self, name: impl Into<String>, law: Law) -> usize {
         self.laws.push((name.into(), law));
         self.laws.len() - 1
     }
-}
 
-impl Coefficients for LawSet {
-    fn parameters(&self) -> usize {
-        0
-    }
-    fn laws(&self) -> usize {
-        self.laws.len()
-    }
-    fn fill(&self, at: &At, laws: &mut Laws) {
+    /// All but those of sources that answer to a velocity elsewhere.
+    fn fill_laws(&self, at: &At, laws: &mut Laws) {
         let space = JetSpace::new(1, at.order().max(Order::First));
         let s = space.seed(0, at.s());
         let alone = at.order() == Order::Value;
@@ -353,20 +341,38 @@ impl Coefficients for LawSet {
         }
         batch.write(laws);
     }
+}
+
+impl Coefficients for LawSet {
+    fn parameters(&self) -> usize {
+        0
+    }
+    fn laws(&self) -> usize {
+        self.laws.len() + self.heard.laws()
+    }
+    fn fill(&self, at: &At, laws: &mut Laws) {
+        self.fill_laws(at, laws);
+        self.heard.fill(self.laws.len(), at, laws);
+    }
     fn name(&self, law: usize) -> String {
+        let heard = law.checked_sub(self.laws.len()).and_then(|beyond| self.heard.source_of(beyond));
+        let law = heard.map_or(law, |source| source.law);
         self.laws.get(law).map_or_else(|| format!("law {law}"), |l| l.0.clone())
     }
     fn reference_at(&self, law: usize) -> Option<f64> {
-        match &self.laws.get(law)?.1 {
-            Law::Probe(probe) => Some(probe.distance()),
-            _ => None,
-        }
+        self.heard.reference_at(law.checked_sub(self.laws.len())?)
     }
     fn poles_in(&self, region: &Region) -> Result<Vec<Pole>, NetworkError> {
         let mut poles = Vec::new();
-        for (law, (_, l)) in self.laws.iter().enumerate() {
-            poles.extend(l.poles_in(region)?.into_iter().map(|(at, order)| Pole { law, at, order }));
+        for (law, (_, l)) in self.laws.iter().enumerate().filter(|(law, _)| !self.heard.repeats(*law)) {
+            // Those of T on the border of the region are poles near it of a loop.
+            let margin = if self.heard.is_in_a_loop(law) { 1.0 } else { 0.0 };
+            let found = l.poles_in(&region.widened(margin))?;
+            poles.extend(found.into_iter().map(|(at, order)| Pole { law, at, order }));
         }
+        let by = (longest_step(region), |law: usize| self.laws[law].1.delay());
+        let fill = |at: &At, laws: &mut Laws| self.fill_laws(at, laws);
+        self.heard.poles(self.laws.len(), &mut poles, region, fill, by)?;
         Ok(poles)
     }
 }

@@ -1,6 +1,6 @@
 //! A source of a chain at rest that answers to the velocity elsewhere, by laws of a caller.
 
-use super::probe::{Side, SourceCoefficient, Stretch, row};
+use super::stretch::{Side, Stretch, row};
 use crate::chain::coefficients::{At, Laws};
 use crate::chain::network::{Network, Segment};
 use crate::slot::Slot;
@@ -54,13 +54,14 @@ impl Passed {
             part.iter()
                 .fold(space.real(0.0), |sum, (k, weight)| &sum + &laws.jet(*k).scale(C64::new(*weight, 0.0)))
         };
-        (self.segment, self.ratio, Some([lost(&self.losses[0]), lost(&self.losses[1])]))
+        (self.segment, self.ratio, [lost(&self.losses[0]), lost(&self.losses[1])])
     }
 }
 
 impl Network {
     /// The source at `place` whose velocity lies `distance` (m) downstream of it, or upstream; `own` are
-    /// the laws that it has attached for k_eu and k_ep. Ask when all else is attached.
+    /// the laws that may act there: those that it has attached for k_eu and k_ep. Ask when all else is
+    /// attached.
     ///
     /// # Errors
     /// [`NoReference`].
@@ -140,20 +141,24 @@ impl RemoteSource {
         self.path.iter().map(|p| p.segment.length / p.segment.sound_speed).sum()
     }
 
+    /// Whether the reference lies behind the source, so that it hears itself.
+    #[must_use]
+    pub fn is_a_loop(&self) -> bool {
+        self.side != Side::Upstream
+    }
+
     /// k_eu and k_ep at `at`, where `laws` holds T and the losses of the ducts.
     #[must_use]
     pub fn coefficients(&self, at: &At, laws: &Laws) -> [Jet; 2] {
-        let [t, beta, alpha] = self.parts(at, laws);
-        [SourceCoefficient::Velocity, SourceCoefficient::Pressure]
-            .map(|of| self.side.coefficient(of, &t, &alpha, &beta))
+        self.side.coefficients(&self.transfer(laws), &self.row(at, laws))
     }
 
     /// 1 - T alpha, whose zeros are poles of the coefficients if the reference lies downstream; none
     /// upstream.
     #[must_use]
     pub fn open_loop(&self, at: &At, laws: &Laws) -> Option<Jet> {
-        let [t, _, alpha] = self.parts(at, laws);
-        (self.side != Side::Upstream).then(|| (-&(&t * &alpha)).shift(C64::ONE))
+        let [_, alpha] = self.row(at, laws);
+        self.is_a_loop().then(|| (-&(&self.transfer(laws) * &alpha)).shift(C64::ONE))
     }
 
     /// beta and alpha: the velocity at the reference as a row on (p, u) at the source.
@@ -162,8 +167,8 @@ impl RemoteSource {
         row(&stretches, self.side, &at.s_jet(), at.space())
     }
 
-    fn parts(&self, at: &At, laws: &Laws) -> [Jet; 3] {
-        let [beta, alpha] = self.row(at, laws);
-        [laws.jet(self.law).scale(C64::new(self.factor, 0.0)), beta, alpha]
+    /// T with its factor.
+    fn transfer(&self, laws: &Laws) -> Jet {
+        laws.jet(self.law).scale(C64::new(self.factor, 0.0))
     }
 }

@@ -1,14 +1,18 @@
 //! A flame spread along the ducts of a chain at rest, by laws of a caller.
 
-use super::probe::{SourceCoefficient, carry};
 use super::remote::{NoReference, Passed, RemoteSource};
+use super::stretch::carry;
 use crate::chain::coefficients::{At, Laws};
 use crate::chain::network::Network;
 use rijke_numerics::{C64, Jet};
 
 /// Heat that is released at many places behind each other and answers to one velocity before the first: its
-/// k_eu, k_mu, k_ep and k_mp as one step of pressure and velocity at the first place. It is
-/// [`super::SpreadFlame`] where T is a law of the caller, another for each place.
+/// k_eu, k_mu, k_ep and k_mp as one step of pressure and velocity at the first place.
+///
+/// Volume flow G_k T_k u_ref at x_k, G_k being the part of the heat, is the same, upstream of the first place
+/// and downstream of the last, as a step of pressure and velocity at the first: with M_k the transfer matrix
+/// of the ducts from there to x_k, M_k^-1 (0, 1) = (-M_12, M_11). Between, the field is that of the
+/// equivalent step.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RemoteSpread {
     /// Where the velocity is; its law is that of the first place.
@@ -73,11 +77,11 @@ impl Network {
         [place, end]: [usize; 2],
         pieces: &[SpreadPiece],
         distance: f64,
-        own: [usize; 4],
+        own: &[usize],
     ) -> Result<RemoteSpread, NoReference> {
         let first = pieces.first().map_or(0, |piece| piece.law);
-        let source = self.remote_source(place, distance, false, first, &own)?;
-        if (place + 1..end).any(|at| self.acts(at, &own)) {
+        let source = self.remote_source(place, distance, false, first, own)?;
+        if (place + 1..end).any(|at| self.acts(at, own)) {
             return Err(NoReference::Inside);
         }
         let (mut places, mut from, mut area) = (Vec::with_capacity(pieces.len()), place, None);
@@ -95,10 +99,11 @@ impl Network {
 }
 
 impl RemoteSpread {
-    /// Whether law number `law` is T of one of the places but the first, which has its poles.
+    /// Whether law number `law` is T of one of the places, but not that of the first, which has the poles of
+    /// all.
     #[must_use]
     pub fn repeats(&self, law: usize) -> bool {
-        self.places.iter().skip(1).any(|place| place.law == law)
+        law != self.source.law && self.places.iter().any(|place| place.law == law)
     }
 
     /// k_eu, k_mu, k_ep and k_mp at `at`, where `laws` holds T and the losses of the ducts.
@@ -116,16 +121,8 @@ impl RemoteSpread {
             sums = [&sums[0] + &(on_p * &t), &sums[1] - &(on_u * &t)];
         }
         let [beta, alpha] = self.source.row(at, laws);
-        let heard = |cause| match cause {
-            SourceCoefficient::Velocity => &alpha,
-            SourceCoefficient::Pressure => &beta,
-        };
-        [
-            (0, SourceCoefficient::Velocity),
-            (1, SourceCoefficient::Velocity),
-            (0, SourceCoefficient::Pressure),
-            (1, SourceCoefficient::Pressure),
-        ]
-        .map(|(k, cause)| -&(&sums[k] * heard(cause)))
+        let [of_velocity, of_pressure] = [&alpha, &beta].map(|heard| [0, 1].map(|k| -&(&sums[k] * heard)));
+        let ([eu, mu], [ep, mp]) = (of_velocity, of_pressure);
+        [eu, mu, ep, mp]
     }
 }

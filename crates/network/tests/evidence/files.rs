@@ -170,7 +170,7 @@ fn exact_velocity_reference_at_a_distance() {
 #[test]
 fn exact_ends() {
     let value = |law: Law, s: C64| {
-        let set = LawSet { laws: vec![("end".to_owned(), law)] };
+        let set = LawSet { laws: vec![("end".to_owned(), law)], ..LawSet::default() };
         let mut laws = Laws::default();
         let at = At::search(s);
         laws.reset(1, &at);
@@ -219,7 +219,8 @@ fn order_laws_differentiate_in_s() {
         Law::Impedance(Box::new(transfer.clone())),
         transfer,
     ];
-    let set = LawSet { laws: all.iter().map(|l| (String::new(), l.clone())).collect() };
+    let laws = all.iter().map(|l| (String::new(), l.clone())).collect();
+    let set = LawSet { laws, ..LawSet::default() };
     let values = |s: C64| {
         let at = At::full(s, 0, rijke_numerics::Order::Second);
         let mut laws = Laws::default();
@@ -320,6 +321,9 @@ fn message_keys_without_effect_and_impossible_devices() {
         ("", "wall_factor = 2", FLAME, "wall_factor has no effect"),
         ("", "scheme = \"lumped\"", FLAME, "scheme has no effect"),
         ("pressure = 101.325", "", FLAME, "if these are kPa, write 101325"),
+        ("pressure = 4e3", "", FLAME, "less than in any rig"),
+        ("pressure = 1e9", "", FLAME, "rigs have at most 100000000"),
+        ("", "temperature = 150", FLAME, "if these are degrees Celsius, write 423.15"),
         (
             "",
             "",

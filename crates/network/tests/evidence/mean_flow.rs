@@ -171,21 +171,7 @@ fn order_slow_flow_tends_to_no_flow() {
             still.attach(Slot::Thermal(i), laws.push("wall", thermal), wall.factor).unwrap();
         }
     }
-    // The flame's reference: 0.1 m before it in the second duct, losses included, cut there.
-    let probe = |of| {
-        use rijke_network::laws::{PathDuct, Probe, Side};
-        let segment = Segment { length: 0.1, ..still.segments()[1] };
-        let scaled = |law| Law::Scaled(Box::new(law), c(2.0, 0.0));
-        let losses =
-            [Law::Viscous(WallLaw::Kirchhoff, AIR), Law::Thermal(WallLaw::Kirchhoff, AIR)].map(scaled);
-        let path = vec![PathDuct { segment, ratio: 1.0, losses: Some(losses) }];
-        Law::Probe(Box::new(Probe { transfer: delayed(0.6, 2e-3), path, of, side: Side::Upstream }))
-    };
-    use rijke_network::laws::SourceCoefficient;
-    let (eu, ep) = (probe(SourceCoefficient::Velocity), probe(SourceCoefficient::Pressure));
     let attached = [
-        (Slot::Eu(2), eu),
-        (Slot::Ep(2), ep),
         (Slot::Mu(3), Law::Constant(c(20.0, 5.0))),
         (Slot::Ep(4), RESONATOR),
         (Slot::Mp(4), Law::Constant(c(0.02, 0.01))),
@@ -196,6 +182,10 @@ fn order_slow_flow_tends_to_no_flow() {
     for (slot, law) in attached {
         still.attach(slot, laws.push("device", law), 1.0).unwrap();
     }
+    // The flame's reference: 0.1 m before it in the second duct, losses included.
+    let law = laws.push("flame", delayed(0.6, 2e-3));
+    let own = still.attach_heard(laws.laws.len(), &[2], &[]).unwrap().of_compact[0];
+    laws.heard.sources.push(still.remote_source(2, 0.1, false, law, &own).unwrap());
     let region = Region { sigma: [-200.0, 200.0], omega: [300.0, 4000.0] };
     let exact = still.modes(&laws, &region, &mut Workspace::default()).unwrap();
     let gap = |velocity: f64| -> Vec<f64> {

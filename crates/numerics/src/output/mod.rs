@@ -10,16 +10,6 @@ use std::{fs, io};
 /// What to do where the system lets nobody write.
 const ELSEWHERE: &str = "Give a place in which you may write.";
 
-/// A place that cannot be taken.
-fn refused(path: &Path, what: impl std::fmt::Display, remedy: &'static str) -> Failed {
-    Failed::bad_input(format!("{}: {what}", path.display())).remedy(remedy)
-}
-
-/// Writing failed although the place could be taken.
-fn failed(path: &Path) -> impl FnOnce(io::Error) -> Failed {
-    move |error| Failed::of_work(format!("{}: {error}", path.display()))
-}
-
 /// A folder that appears under its name only when it is complete. Until then it is written beside its place
 /// under a name of this process, which is removed when it is dropped, and by the next process if this one was
 /// killed.
@@ -141,6 +131,13 @@ impl StagedFolder {
     }
 }
 
+impl Drop for StagedFolder {
+    fn drop(&mut self) {
+        // After a commit there is nothing left to remove; an error here could only hide the one that matters.
+        let _ = fs::remove_dir_all(&self.partial);
+    }
+}
+
 /// Copies what a folder holds beside files of the names `own`.
 ///
 /// # Errors
@@ -161,13 +158,6 @@ pub fn keep_others(from: &Path, to: &Path, own: &[&str]) -> io::Result<()> {
         }
     }
     Ok(())
-}
-
-impl Drop for StagedFolder {
-    fn drop(&mut self) {
-        // After a commit there is nothing left to remove; an error here could only hide the one that matters.
-        let _ = fs::remove_dir_all(&self.partial);
-    }
 }
 
 /// Writes a file, and the folders above it, into a folder that nobody else reads yet.
@@ -199,6 +189,16 @@ pub fn write_output(path: &Path, content: &[u8]) -> Result<(), Failed> {
     }
     let _lock = Lock::wait(&target)?;
     start_afresh(&target).and_then(|_| crate::write_whole(&target, content)).map_err(fault)
+}
+
+/// A place that cannot be taken.
+fn refused(path: &Path, what: impl std::fmt::Display, remedy: &'static str) -> Failed {
+    Failed::bad_input(format!("{}: {what}", path.display())).remedy(remedy)
+}
+
+/// Writing failed although the place could be taken.
+fn failed(path: &Path) -> impl FnOnce(io::Error) -> Failed {
+    move |error| Failed::of_work(format!("{}: {error}", path.display()))
 }
 
 /// The name under which this process writes `target` until it is whole. Removes what earlier runs left under

@@ -6,12 +6,12 @@ use crate::{figure, ui::Ui};
 use rijke_engine::folder::{
     Forecasts, Ranked, RankedResponses, condition, forecast_csv, grid, how_many, of_the_engine, surroundings,
 };
-use rijke_engine::run::{AskedPoint, forecast, nearest, over_map, stability, with_points};
+use rijke_engine::run::{AskedPoint, Unpredicted, forecast, nearest, over_map, stability, with_points};
 use rijke_intake::foresee;
 use rijke_numerics::{Failed, write_output};
 use rijke_report::answer_svg;
-use rijke_study::Point;
 use rijke_study::plan::MapQuestion;
+use rijke_study::{Point, Study};
 use serde_json::json;
 use std::path::PathBuf;
 
@@ -71,10 +71,8 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failed> {
     }
     if !args.at_hz.is_empty() {
         let remedy = "Leave it out, or name a stage of responses with --stage.";
-        return Err(Failed::bad_input(
-            "--at-hz: this stage trains on modes, which have frequencies of their own",
-        )
-        .remedy(remedy));
+        let problem = "--at-hz: this stage trains on modes, which have frequencies of their own";
+        return Err(Failed::bad_input(problem).remedy(remedy));
     }
     let ranked = Ranked::open(dir, args.stage.as_deref(), ui)?;
     let open = ranked.open_models();
@@ -99,21 +97,8 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failed> {
     let (mut study, places) =
         if asked.is_empty() { (study, every) } else { with_points(&study, &among, &asked).map_err(wrong)? };
     foresee(&mut study, &places, ui)?;
-    let new = |(_, (place, _)): &(usize, (&usize, &AskedPoint))| **place >= measured;
-    let told = if map.is_some() { 1 } else { usize::MAX };
-    for (k, (place, asked)) in places.iter().zip(&asked).enumerate().filter(new).take(told) {
-        let like = likes.get(k).map_or("the campaign", String::as_str);
-        let said = surroundings(asked, &study.campaign.points[*place], like);
-        let whose = if map.is_some() { "the map" } else { study.campaign.points[*place].id.as_str() };
-        said.iter().for_each(|said| ui.note(format!("{whose}: {said}")));
-    }
-    for place in places.iter().filter(|place| map.is_none() && !asked.is_empty() && **place < measured) {
-        let Point { id, .. } = &study.campaign.points[*place];
-        ui.note(format!(
-            "a condition of --at is point {id} of the campaign: it is predicted there, with the errors of its installation and day as they were found; \
-             give T_amb too for a new installation on another day"
-        ));
-    }
+    let conditions = Asked { study: &study, places: &places, asked: &asked, likes: &likes, measured };
+    conditions.tell(map.is_some(), ui);
     // Where the evidence decides, no other model is open.
     let open = open?;
     let (found, mut left_out) = forecast(&study, &observed, &model, &open, &places).map_err(wrong)?;
@@ -127,16 +112,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failed> {
     };
     let predicted = Forecasts { study: &study, model: &model, open: &open, found: &found };
     predicted.tell_doubts(held, axes, ui);
-    if map.is_none() {
-        left_out.iter().for_each(|u| ui.note(format!("warning: left out: {}", u.why)));
-    } else if let Some(first) = left_out.first() {
-        let (n, why) = (how_many(left_out.iter().map(|u| &u.point)), &first.why);
-        ui.note(format!(
-            "at {n} of {} points of the map a mode, or all, is left out; the first, {}: {why}",
-            places.len(),
-            first.point
-        ));
-    }
+    tell_left_out(&left_out, map.is_some().then_some(places.len()), ui);
     if let Some(grid) = map {
         let title = format!("Stability by the model of {}", stage.id);
         let asked = MapQuestion { id: "map".into(), title, stage: stage.id.clone(), grid };
@@ -161,6 +137,55 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failed> {
     ui.result(
         &json!({ "stage": stage.id, "candidates": model.candidates, "columns": columns, "points": found }),
     )
+}
+
+/// Conditions that were asked for, their places in the campaign of a study, of which the first ones were
+/// `measured`, and the points that they are like.
+struct Asked<'a> {
+    study: &'a Study,
+    places: &'a [usize],
+    asked: &'a [AskedPoint],
+    likes: &'a [String],
+    measured: usize,
+}
+
+impl Asked<'_> {
+    /// Says what was taken for what a condition leaves out, of the first node alone where they are those of a
+    /// map; and which of them are points of the campaign.
+    fn tell(&self, of_a_map: bool, ui: &Ui) {
+        let points = &self.study.campaign.points;
+        let new = |(_, (place, _)): &(usize, (&usize, &AskedPoint))| **place >= self.measured;
+        let told = if of_a_map { 1 } else { usize::MAX };
+        for (k, (place, asked)) in self.places.iter().zip(self.asked).enumerate().filter(new).take(told) {
+            let like = self.likes.get(k).map_or("the campaign", String::as_str);
+            let said = surroundings(asked, &points[*place], like);
+            let whose = if of_a_map { "the map" } else { points[*place].id.as_str() };
+            said.iter().for_each(|said| ui.note(format!("{whose}: {said}")));
+        }
+        let known = |place: &&usize| !of_a_map && !self.asked.is_empty() && **place < self.measured;
+        for place in self.places.iter().filter(known) {
+            let Point { id, .. } = &points[*place];
+            ui.note(format!(
+                "a condition of --at is point {id} of the campaign: it is predicted there, with the errors of its installation and day as they were found; \
+                 give T_amb too for a new installation on another day"
+            ));
+        }
+    }
+}
+
+/// Says what could not be predicted; `of_a_map` is the number of its nodes.
+fn tell_left_out(left_out: &[Unpredicted], of_a_map: Option<usize>, ui: &Ui) {
+    let Some(nodes) = of_a_map else {
+        left_out.iter().for_each(|u| ui.note(format!("warning: left out: {}", u.why)));
+        return;
+    };
+    if let Some(first) = left_out.first() {
+        let (n, why) = (how_many(left_out.iter().map(|u| &u.point)), &first.why);
+        ui.note(format!(
+            "at {n} of {nodes} points of the map a mode, or all, is left out; the first, {}: {why}",
+            first.point
+        ));
+    }
 }
 
 /// What the numbers of a prediction are, for a reader of its JSON.

@@ -10,18 +10,6 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 use toml::{Spanned, Table, Value};
 
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct File {
-    /// The factors and the units of their numbers.
-    #[serde(default)]
-    units: BTreeMap<String, Spanned<String>>,
-    /// What every point has that does not say otherwise.
-    defaults: Option<Spanned<Table>>,
-    #[serde(default)]
-    point: Vec<Spanned<Table>>,
-}
-
 /// The campaign of a document.
 pub(super) fn parse(source: &Source) -> Result<Campaign, StudyError> {
     let File { units, defaults, point: tables } = source.toml()?;
@@ -71,6 +59,18 @@ pub(super) fn parse(source: &Source) -> Result<Campaign, StudyError> {
         return Err(source.fail(0, problem));
     }
     Ok(Campaign { factors, points, file: "campaign.toml".into() })
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct File {
+    /// The factors and the units of their numbers.
+    #[serde(default)]
+    units: BTreeMap<String, Spanned<String>>,
+    /// What every point has that does not say otherwise.
+    defaults: Option<Spanned<Table>>,
+    #[serde(default)]
+    point: Vec<Spanned<Table>>,
 }
 
 /// The factors in the order of the file, and the names with a meaning of their own.

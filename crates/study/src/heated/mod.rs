@@ -134,71 +134,15 @@ pub fn heated_states(
     layouts: &[Option<RigAtPoint>],
 ) -> Result<(Vec<Option<PointState>>, HeatedFit), StudyProblem> {
     let (power, flow) = (campaign.known_factor(&plan.power)?, campaign.known_factor(&plan.flow)?);
-    let part = rig.part(&plan.at).map(|(k, _)| k);
-    let heated_at = |point: &Point, ambient: [f64; 2], layout: &RigAtPoint| {
-        let value = |k: usize| Some(point.factors[k]).filter(|v| !v.is_nan()).unwrap_or(0.0);
-        let gas = rig.gas.at(ambient[0], rig.pressure);
-        let mass_flow = gas.density * value(flow);
-        let at = match part.and_then(|k| layout.parts.get(k)) {
-            Some(PartAt::Places(places)) => places.iter().sum::<f64>() / places.len() as f64,
-            _ => layout.numbers[LENGTH],
-        };
-        let watts = if at < layout.length { value(power) } else { 0.0 };
-        // Of such a point no state is known, which matters if it is asked for.
-        if value(power) < 0.0 {
-            let (key, value) = (format!("{} of {}", plan.power, point.id), format!("{} W", value(power)));
-            return Err(StudyProblem::Value { key, value, need: "zero or more: it heats the gas" });
-        }
-        if mass_flow < 0.0 || (watts > 0.0 && mass_flow <= 0.0) {
-            return Ok(None);
-        }
-        let expected = plan.share[0] * watts / (mass_flow * gas.specific_heat);
-        if watts > 0.0 && ambient[0] + expected > HOTTEST {
-            let key = format!("{} and {} of {}", plan.power, plan.flow, point.id);
-            let value =
-                format!("{watts} W into {} m^3/s, which is {:.0} K", value(flow), ambient[0] + expected);
-            return Err(StudyProblem::Value { key, value, need: "gas below 3000 K: check both units" });
-        }
-        let diameter = 2.0 * (layout.areas(at)[1] / std::f64::consts::PI).sqrt();
-        let perimeter = std::f64::consts::PI * diameter;
-        let capacity = mass_flow * gas.specific_heat;
-        let (rise, cooling) = if watts > 0.0 { (watts / capacity, perimeter / capacity) } else { (0.0, 0.0) };
-        let cause = Cause::ambient(point);
-        let growth = rig.gas.growth_of_heat_capacity(ambient[0]);
-        let varies = Varies { by: plan.cooling_varies, diameter, doublings: [0.0; 2] };
-        Ok(Some(Heated { ambient, cause, mass_flow, rise, at, cooling, growth, varies }))
-    };
+    let heater = Heater { rig, plan, power, flow, part: rig.part(&plan.at).map(|(k, _)| k) };
     let heated = |p: usize| match (ambient[p], &layouts[p]) {
-        (Some(ambient), Some(layout)) => heated_at(&campaign.points[p], ambient, layout),
+        (Some(ambient), Some(layout)) => heater.heated(&campaign.points[p], ambient, layout),
         _ => Ok(None),
     };
-    for r in readings {
-        if let Some(layout) = &layouts[r.point]
-            && !(0.0..=layout.length).contains(&r.at)
-        {
-            let (key, value) = (format!("at of {}", campaign.points[r.point].id), format!("{} m", r.at));
-            return Err(StudyProblem::Value {
-                key,
-                value,
-                need: "on the ducts, from 0 to their total length",
-            });
-        }
-        if let Some(layout) = &layouts[r.point]
-            && !rig.thermometers.at.is_empty()
-            && !rig
-                .thermometers
-                .at
-                .iter()
-                .any(|at| (at.at(&layout.numbers) - r.at).abs() <= NEAR * layout.length)
-        {
-            let name = format!("{} m, at {}", r.at, campaign.points[r.point].id);
-            let places = rig.thermometers.names.iter().zip(&rig.thermometers.at);
-            let places: Vec<String> =
-                places.map(|(name, at)| format!("{name} at {:.4} m", at.at(&layout.numbers))).collect();
-            let known = crate::source::listed(places.iter().map(String::as_str));
-            return Err(StudyProblem::Unknown { what: "place of a thermometer", name, known });
-        }
-    }
+    readings.iter().try_for_each(|r| {
+        let on = |layout| on_the_ducts(rig, r, &campaign.points[r.point].id, layout);
+        layouts[r.point].as_ref().map_or(Ok(()), on)
+    })?;
     let mut all = (0..campaign.points.len()).map(heated).collect::<Result<Vec<_>, _>>()?;
     let typical_flow = typical_flow(&all, readings);
     all.iter_mut().flatten().for_each(|heated| heated.compare(typical_flow));
@@ -215,7 +159,7 @@ pub fn heated_states(
         let mut moved = point.clone();
         moved.factors[k] += STEP * point.factor_sds[k];
         let layout = rig.at(&moved, ambient[0]).ok()?;
-        let mut heated = heated_at(&moved, ambient, &layout).ok()??;
+        let mut heated = heater.heated(&moved, ambient, &layout).ok()??;
         heated.compare(typical_flow);
         Some((k, state(rig, &moved.id, &heated, layout.length, values, &shared, found.scatter)))
     };
@@ -241,6 +185,75 @@ pub fn heated_states(
     let cold = |r: &GasReading| all.get(r.point).and_then(Option::as_ref).is_some_and(|h| h.rise == 0.0);
     let (sds, id) = ([offset_sd, plan.cooling_varies], |p: usize| campaign.points[p].id.as_str());
     Ok((states, HeatedFit::new(&found, prior, readings, against, cold, sds, id)))
+}
+
+/// What heats the gas of a rig: the factors that are its power and the flow, and its part.
+struct Heater<'a> {
+    rig: &'a Rig,
+    plan: &'a HeatedFlow,
+    power: usize,
+    flow: usize,
+    part: Option<usize>,
+}
+
+impl Heater<'_> {
+    /// The heated gas of a point; none of one that has no state.
+    fn heated(
+        &self,
+        point: &Point,
+        ambient: [f64; 2],
+        layout: &RigAtPoint,
+    ) -> Result<Option<Heated>, StudyProblem> {
+        let Self { rig, plan, .. } = *self;
+        let value = |k: usize| Some(point.factors[k]).filter(|v| !v.is_nan()).unwrap_or(0.0);
+        let (power, flow) = (value(self.power), value(self.flow));
+        let gas = rig.gas.at(ambient[0], rig.pressure);
+        let mass_flow = gas.density * flow;
+        let at = match self.part.and_then(|k| layout.parts.get(k)) {
+            Some(PartAt::Places(places)) => places.iter().sum::<f64>() / places.len() as f64,
+            _ => layout.numbers[LENGTH],
+        };
+        let watts = if at < layout.length { power } else { 0.0 };
+        // Of such a point no state is known, which matters if it is asked for.
+        if power < 0.0 {
+            let (key, value) = (format!("{} of {}", plan.power, point.id), format!("{power} W"));
+            return Err(StudyProblem::Value { key, value, need: "zero or more: it heats the gas" });
+        }
+        if mass_flow < 0.0 || (watts > 0.0 && mass_flow <= 0.0) {
+            return Ok(None);
+        }
+        let expected = plan.share[0] * watts / (mass_flow * gas.specific_heat);
+        if watts > 0.0 && ambient[0] + expected > HOTTEST {
+            let key = format!("{} and {} of {}", plan.power, plan.flow, point.id);
+            let value = format!("{watts} W into {flow} m^3/s, which is {:.0} K", ambient[0] + expected);
+            return Err(StudyProblem::Value { key, value, need: "gas below 3000 K: check both units" });
+        }
+        let diameter = 2.0 * (layout.areas(at)[1] / std::f64::consts::PI).sqrt();
+        let perimeter = std::f64::consts::PI * diameter;
+        let capacity = mass_flow * gas.specific_heat;
+        let (rise, cooling) = if watts > 0.0 { (watts / capacity, perimeter / capacity) } else { (0.0, 0.0) };
+        let cause = Cause::ambient(point);
+        let growth = rig.gas.growth_of_heat_capacity(ambient[0]);
+        let varies = Varies { by: plan.cooling_varies, diameter, doublings: [0.0; 2] };
+        Ok(Some(Heated { ambient, cause, mass_flow, rise, at, cooling, growth, varies }))
+    }
+}
+
+/// Refuses a reading of the point `id` beyond the ducts, or where no thermometer is.
+fn on_the_ducts(rig: &Rig, r: &GasReading, id: &str, layout: &RigAtPoint) -> Result<(), StudyProblem> {
+    if !(0.0..=layout.length).contains(&r.at) {
+        let (key, value) = (format!("at of {id}"), format!("{} m", r.at));
+        return Err(StudyProblem::Value { key, value, need: "on the ducts, from 0 to their total length" });
+    }
+    let places = || rig.thermometers.at.iter().map(|at| at.at(&layout.numbers));
+    if rig.thermometers.at.is_empty() || places().any(|at| (at - r.at).abs() <= NEAR * layout.length) {
+        return Ok(());
+    }
+    let one = |(name, at): (&String, f64)| format!("{name} at {at:.4} m");
+    let known: Vec<String> = rig.thermometers.names.iter().zip(places()).map(one).collect();
+    let known = crate::source::listed(known.iter().map(String::as_str));
+    let name = format!("{} m, at {id}", r.at);
+    Err(StudyProblem::Unknown { what: "place of a thermometer", name, known })
 }
 
 /// Root mean square of the stated errors of readings, K: what calibration makes of it is common to many.

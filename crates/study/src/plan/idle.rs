@@ -8,13 +8,6 @@ use crate::{Campaign, Candidate, Catalogue, Point, Rig, StudyProblem, rig::Shape
 use rijke_numerics::words::counted;
 use std::collections::BTreeSet;
 
-/// Whether two points of a stage share an assembly of the rig.
-fn shares_an_installation(campaign: &Campaign, stage: &Stage) -> bool {
-    let points: Vec<&Point> = campaign.points.iter().filter(|p| stage.points.holds(campaign, p)).collect();
-    let same = |a: &Point, b: &Point| !a.installation.is_empty() && a.installation == b.installation;
-    (0..points.len()).any(|k| points[..k].iter().any(|p| same(p, points[k])))
-}
-
 impl Plan {
     /// The parts that a factor puts into the rig at points of a stage in which no law acts on them, each in a
     /// sentence.
@@ -167,4 +160,11 @@ impl Plan {
         roles.extend(stage.with.keys().chain(&stage.compete).map(String::as_str));
         stage.on.iter().for_each(|id| self.roles_of_response(id, roles));
     }
+}
+
+/// Whether two points of a stage share an assembly of the rig.
+fn shares_an_installation(campaign: &Campaign, stage: &Stage) -> bool {
+    let points: Vec<&Point> = campaign.points.iter().filter(|p| stage.points.holds(campaign, p)).collect();
+    let same = |a: &Point, b: &Point| !a.installation.is_empty() && a.installation == b.installation;
+    (0..points.len()).any(|k| points[..k].iter().any(|p| same(p, points[k])))
 }

@@ -14,6 +14,108 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use toml::Spanned;
 
+impl Plan {
+    /// Reads `study.toml`.
+    ///
+    /// # Errors
+    /// File, line and remedy; every name is checked against the rig, the campaign and the candidates.
+    pub fn read(
+        path: &Path,
+        rig: &Rig,
+        campaign: &Campaign,
+        catalogue: &Catalogue,
+    ) -> Result<Self, StudyError> {
+        Self::parse(&Source::read(path)?, rig, campaign, catalogue)
+    }
+
+    pub(crate) fn parse(
+        source: &Source,
+        rig: &Rig,
+        campaign: &Campaign,
+        catalogue: &Catalogue,
+    ) -> Result<Self, StudyError> {
+        let file: File = source.toml()?;
+        let base_at = file.base.as_ref().map_or(0, |base| base.span().start);
+        let base = file.base.map(Spanned::into_inner).unwrap_or_default();
+        let fail = |(key, problem)| source.fail(source.key_after(base_at, key), problem);
+        match &base {
+            Base::Ambient | Base::Rig => {}
+            Base::States(points) => {
+                points.check(campaign).map_err(|problem| source.fail(base_at, problem))?;
+            }
+            Base::HeatedFlow(heated) => {
+                Check { rig, campaign, catalogue }.heated(heated).map_err(fail)?;
+            }
+            Base::Measured(measured) => measured.check(campaign).map_err(fail)?,
+        }
+        base.suits(rig).map_err(|problem| source.fail(0, problem))?;
+        let (name, question) = (file.name, file.question);
+        let erring = |factor: &crate::Factor| {
+            let k = campaign.factor(&factor.name);
+            k.is_some_and(|k| campaign.points.iter().any(|p| p.factor_sds[k] > 0.0))
+        };
+        let known = || listed(campaign.factors.iter().filter(|f| erring(f)).map(|f| f.name.as_str()));
+        let common = |name: Spanned<String>| {
+            let (at, name) = (name.span().start, name.into_inner());
+            if campaign.factors.iter().any(|f| f.name == name && erring(f)) {
+                return Ok(name);
+            }
+            let what = "factor with a standard deviation";
+            Err(source.fail(at, StudyProblem::Unknown { what, name, known: known() }))
+        };
+        let common_errors = file.common_errors.into_iter().map(common).collect::<Result<_, _>>()?;
+        let cost = file.cost.map(|cost| {
+            let at = cost.span().start;
+            cost.into_inner().cost().map_err(|problem| source.fail(at, problem))
+        });
+        let mut plan = Self {
+            name,
+            question,
+            base,
+            stages: Vec::new(),
+            responses: Vec::new(),
+            questions: Vec::new(),
+            maps: Vec::new(),
+            cost: cost.transpose()?,
+            common_errors,
+        };
+        let of_responses = file.responses.iter().map(|stage| stage.get_ref().id.clone());
+        let of_modes = file.stage.iter().map(|stage| stage.get_ref().id.clone());
+        let ids: Vec<String> = of_responses.chain(of_modes).collect();
+        for stage in file.responses {
+            let at = stage.span().start;
+            let stage = stage.into_inner();
+            short_id(&stage.id).map_err(|problem| source.fail(at, problem))?;
+            let checked = stage.check(campaign, catalogue, &plan.responses);
+            checked
+                .and_then(|()| rig.microphones.have(&stage.microphones))
+                .map_err(|problem| source.fail(at, or_later(problem, &ids)))?;
+            plan.responses.push(stage);
+        }
+        for stage in file.stage {
+            let at = stage.span().start;
+            let check = Check { rig, campaign, catalogue };
+            let stage = check.stage(stage.into_inner(), &plan);
+            let stage = stage.map_err(|problem| source.fail(at, or_later(problem, &ids)))?;
+            let laws = plan.ends_have_laws(&stage, rig, catalogue);
+            laws.map_err(|problem| source.fail(at, problem))?;
+            plan.stages.push(stage);
+        }
+        if plan.stages.is_empty() && plan.responses.is_empty() {
+            return Err(source.fail(0, StudyProblem::Empty { what: "stage", need: "add a [[stage]]" }));
+        }
+        if !file.asked.is_empty() {
+            plan.ask(source, campaign, catalogue)?;
+        }
+        for map in file.map {
+            let at = map.span().start;
+            let map = map.into_inner().question(&plan, campaign);
+            plan.maps.push(map.map_err(|problem| source.fail(at, problem))?);
+        }
+        Ok(plan)
+    }
+}
+
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct File {
@@ -118,108 +220,6 @@ impl OneOrMore {
             Self::One(id) => vec![id],
             Self::More(list) => list,
         }
-    }
-}
-
-impl Plan {
-    /// Reads `study.toml`.
-    ///
-    /// # Errors
-    /// File, line and remedy; every name is checked against the rig, the campaign and the candidates.
-    pub fn read(
-        path: &Path,
-        rig: &Rig,
-        campaign: &Campaign,
-        catalogue: &Catalogue,
-    ) -> Result<Self, StudyError> {
-        Self::parse(&Source::read(path)?, rig, campaign, catalogue)
-    }
-
-    pub(crate) fn parse(
-        source: &Source,
-        rig: &Rig,
-        campaign: &Campaign,
-        catalogue: &Catalogue,
-    ) -> Result<Self, StudyError> {
-        let file: File = source.toml()?;
-        let base_at = file.base.as_ref().map_or(0, |base| base.span().start);
-        let base = file.base.map(Spanned::into_inner).unwrap_or_default();
-        let fail = |(key, problem)| source.fail(source.key_after(base_at, key), problem);
-        match &base {
-            Base::Ambient | Base::Rig => {}
-            Base::States(points) => {
-                points.check(campaign).map_err(|problem| source.fail(base_at, problem))?;
-            }
-            Base::HeatedFlow(heated) => {
-                Check { rig, campaign, catalogue }.heated(heated).map_err(fail)?;
-            }
-            Base::Measured(measured) => measured.check(campaign).map_err(fail)?,
-        }
-        base.suits(rig).map_err(|problem| source.fail(0, problem))?;
-        let (name, question) = (file.name, file.question);
-        let erring = |factor: &crate::Factor| {
-            let k = campaign.factor(&factor.name);
-            k.is_some_and(|k| campaign.points.iter().any(|p| p.factor_sds[k] > 0.0))
-        };
-        let known = || listed(campaign.factors.iter().filter(|f| erring(f)).map(|f| f.name.as_str()));
-        let common = |name: Spanned<String>| {
-            let (at, name) = (name.span().start, name.into_inner());
-            if campaign.factors.iter().any(|f| f.name == name && erring(f)) {
-                return Ok(name);
-            }
-            let what = "factor with a standard deviation";
-            Err(source.fail(at, StudyProblem::Unknown { what, name, known: known() }))
-        };
-        let common_errors = file.common_errors.into_iter().map(common).collect::<Result<_, _>>()?;
-        let cost = file.cost.map(|cost| {
-            let at = cost.span().start;
-            cost.into_inner().cost().map_err(|problem| source.fail(at, problem))
-        });
-        let mut plan = Self {
-            name,
-            question,
-            base,
-            stages: Vec::new(),
-            responses: Vec::new(),
-            questions: Vec::new(),
-            maps: Vec::new(),
-            cost: cost.transpose()?,
-            common_errors,
-        };
-        let of_responses = file.responses.iter().map(|stage| stage.get_ref().id.clone());
-        let of_modes = file.stage.iter().map(|stage| stage.get_ref().id.clone());
-        let ids: Vec<String> = of_responses.chain(of_modes).collect();
-        for stage in file.responses {
-            let at = stage.span().start;
-            let stage = stage.into_inner();
-            short_id(&stage.id).map_err(|problem| source.fail(at, problem))?;
-            let checked = stage.check(campaign, catalogue, &plan.responses);
-            checked
-                .and_then(|()| rig.microphones.have(&stage.microphones))
-                .map_err(|problem| source.fail(at, or_later(problem, &ids)))?;
-            plan.responses.push(stage);
-        }
-        for stage in file.stage {
-            let at = stage.span().start;
-            let check = Check { rig, campaign, catalogue };
-            let stage = check.stage(stage.into_inner(), &plan);
-            let stage = stage.map_err(|problem| source.fail(at, or_later(problem, &ids)))?;
-            let laws = plan.ends_have_laws(&stage, rig, catalogue);
-            laws.map_err(|problem| source.fail(at, problem))?;
-            plan.stages.push(stage);
-        }
-        if plan.stages.is_empty() && plan.responses.is_empty() {
-            return Err(source.fail(0, StudyProblem::Empty { what: "stage", need: "add a [[stage]]" }));
-        }
-        if !file.asked.is_empty() {
-            plan.ask(source, campaign, catalogue)?;
-        }
-        for map in file.map {
-            let at = map.span().start;
-            let map = map.into_inner().question(&plan, campaign);
-            plan.maps.push(map.map_err(|problem| source.fail(at, problem))?);
-        }
-        Ok(plan)
     }
 }
 

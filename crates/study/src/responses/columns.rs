@@ -93,14 +93,24 @@ fn column(text: &str, name: Option<String>) -> Result<Column, StudyProblem> {
     if role == Role::Modulus && unit_text.map(str::trim) == Some("dB") {
         return Ok(Column { role: Role::Level, unit: None, name });
     }
-    let heading =
-        Heading::parse(text).map_err(|source| StudyProblem::Unit { key: text.to_owned(), source })?;
-    let Some(unit) = heading.unit else {
-        let need = "write it in brackets behind the name: f [Hz], re [1], abs [dB], arg [deg]";
-        return Err(StudyProblem::Missing { key: format!("unit of {text}"), need });
-    };
-    let unit = unit.of(role.unit()).map_err(|source| StudyProblem::Unit { key: text.to_owned(), source })?;
-    Ok(Column { role, unit: Some(unit), name })
+    let need = "write it in brackets behind the name: f [Hz], re [1], abs [dB], arg [deg]";
+    let unit = unit_of(text, role.unit(), Some(need))?;
+    Ok(Column { role, unit, name })
+}
+
+/// The unit that a heading of `columns` states, which is one of what the SI unit `wanted` is; where `need`
+/// says what to write, it must state one.
+pub(super) fn unit_of(
+    text: &str,
+    wanted: &str,
+    need: Option<&'static str>,
+) -> Result<Option<Unit>, StudyProblem> {
+    let fail = |source| StudyProblem::Unit { key: text.to_owned(), source };
+    match (Heading::parse(text).map_err(fail)?.unit, need) {
+        (Some(unit), _) => unit.of(wanted).map(Some).map_err(fail),
+        (None, Some(need)) => Err(StudyProblem::Missing { key: format!("unit of {text}"), need }),
+        (None, None) => Ok(None),
+    }
 }
 
 impl Column {

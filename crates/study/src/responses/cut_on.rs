@@ -2,10 +2,7 @@
 
 use super::{ObservedResponse, ResponseKind, ResponseStage};
 use crate::{DuctAt, Study};
-use std::f64::consts::PI;
-
-/// k a at which the first higher mode of a round duct is cut on: the first zero of J1'.
-const CUT_ON: f64 = 1.841_183_78;
+use rijke_numerics::slips::cut_on;
 
 impl Study {
     /// Says that stages take responses above the cut-on of the first higher mode of a duct. Those of a law
@@ -18,7 +15,7 @@ impl Study {
             let middle = 0.5 * (duct.span[0] + duct.span[1]);
             let gas = duct.gas.as_ref().unwrap_or(&self.rig.gas);
             let gas = gas.at(duct.temperature_at(middle).unwrap_or(ambient), self.rig.pressure);
-            (CUT_ON * gas.sound_speed / (PI * duct.widest()), duct.widest())
+            (cut_on(duct.widest(), gas.sound_speed), duct.widest())
         };
         let (cut_on, widest) = rig.ducts.iter().map(cut_on_of).min_by(|a, b| a.0.total_cmp(&b.0))?;
         let of_waves = list.iter().filter(|r| !matches!(r.what, ResponseKind::Law { .. }));

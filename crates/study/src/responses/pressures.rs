@@ -1,12 +1,12 @@
 //! Pressures at several microphones, of sources of unknown strength: a table with a row for every frequency
 //! and excitation.
 
-use super::columns::without_path;
+use super::columns::{unit_of, without_path};
 use super::doubts::{self, Angle, Rows};
 use crate::source::listed;
 use crate::{StudyError, StudyProblem};
 use rijke_numerics::C64;
-use rijke_rig::{Columns, Heading, RigError};
+use rijke_rig::{Columns, RigError};
 use std::path::Path;
 use toml::Value as Toml;
 
@@ -107,16 +107,10 @@ pub(super) fn declared(value: &Toml, names: &[String], sources: usize) -> Result
 }
 
 fn column(text: &str, name: String, wanted: &'static str, needed: bool) -> Result<Column, StudyProblem> {
-    let fail = |source| StudyProblem::Unit { key: text.to_owned(), source };
-    let (factor, stated) = match Heading::parse(text).map_err(fail)?.unit {
-        Some(unit) => (unit.of(wanted).map_err(fail)?.to_si(1.0), Some(wanted)),
-        None if needed => {
-            let need = "write it in brackets behind the name: f [Hz], p1_arg [deg]";
-            return Err(StudyProblem::Missing { key: format!("unit of {text}"), need });
-        }
-        None => (1.0, None),
-    };
-    Ok(Column { name, factor, stated })
+    let need = needed.then_some("write it in brackets behind the name: f [Hz], p1_arg [deg]");
+    let unit = unit_of(text, wanted, need)?;
+    let factor = unit.as_ref().map_or(1.0, |unit| unit.to_si(1.0));
+    Ok(Column { name, factor, stated: unit.map(|_| wanted) })
 }
 
 /// Reads a file: the excitations in the order of the file, and what is doubtful. Rows outside of the band are

@@ -4,12 +4,14 @@ mod duct;
 mod element;
 mod ends;
 mod instruments;
+mod names;
 mod owner;
 mod recording;
 mod shapes;
 mod spread;
 mod transfer;
 
+use self::names::Names;
 use self::recording::Recording;
 use super::gas::GasModel;
 use super::oscilos::Folder;
@@ -21,13 +23,13 @@ use crate::doubtful::late;
 use crate::law::{
     Candidate, Coefficient, Effect, Hears, Measured, Parameters, Place, SECOND, TableUse, Words, parameters,
 };
-use crate::names::{FACTOR, add, built_in};
+use crate::names::add;
 use crate::source::{Outcome, Source};
 use crate::{Campaign, StudyProblem};
 use rijke_formula::{Kind as NameKind, Name, Scope};
 use rijke_numerics::words::of_toml;
 use serde::Deserialize;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 use std::path::Path;
 use toml::{Spanned, Table, Value as Toml};
@@ -64,7 +66,7 @@ pub(super) struct File {
 #[derive(Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct BaseNumbers {
-    numbers: std::collections::BTreeMap<String, String>,
+    numbers: BTreeMap<String, String>,
 }
 
 #[derive(Deserialize)]
@@ -163,21 +165,7 @@ pub(super) fn rig(mut file: File, campaign: &Campaign, source: &Source) -> Outco
         let stem = Path::new(&source.file).file_stem();
         file.name = stem.map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
     }
-    let mut scope = built_in().map_err(|problem| (0..0, problem))?;
-    let mut factors = Vec::new();
-    for factor in &campaign.factors {
-        // A unit that no formula understands is right everywhere.
-        let unit = if factor.stated { factor.unit_in_print() } else { "not stated".to_owned() };
-        let (name, meaning) = (factor.name.clone(), FACTOR.into());
-        let name = Name { name, unit, meaning, kind: NameKind::Global };
-        factors.push(add(&mut scope, "factor", name).map_err(|problem| (0..0, problem))?);
-    }
-    let mut brought = Vec::new();
-    for (name, unit) in file.base.numbers {
-        let meaning = "number that the base state brings".into();
-        let name = Name { name, unit, meaning, kind: NameKind::Global };
-        brought.push(add(&mut scope, "number of the base state", name).map_err(|problem| (0..0, problem))?);
-    }
+    let Names { mut scope, factors, brought } = Names::of(campaign, file.base.numbers)?;
     if let Some(flow) = file.flow {
         let need = "left out: in a rig, and beside unknowns, the gas is at rest; in a study a candidate with `mean_flow` lets the waves run in the flow";
         return Err((
@@ -240,15 +228,7 @@ pub(super) fn rig(mut file: File, campaign: &Campaign, source: &Source) -> Outco
     }
     let search = file.search.unwrap_or(Search { growth_rate: None, frequency_hz: None });
     let hertz = search.frequency_hz.unwrap_or([10.0, 1000.0]);
-    let mut doubts = Vec::new();
-    for (_, at, table) in &reading.tables {
-        let said = table.doubt.clone().into_iter().chain(table.beyond(hertz));
-        doubts.extend(said.map(|said| format!("{}, line {}: {said}", source.file, source.line(at.start))));
-    }
-    for (at, delay) in &reading.delays {
-        let said = late("delay", *delay, hertz[1]);
-        doubts.extend(said.map(|said| format!("{}, line {}: {said}", source.file, source.line(at.start))));
-    }
+    let doubts = reading.doubts(source, hertz);
     let own = Candidate {
         mean_flow: None,
         id: "rig".into(),
@@ -289,6 +269,19 @@ pub(super) fn rig(mut file: File, campaign: &Campaign, source: &Source) -> Outco
 }
 
 impl Reading<'_> {
+    /// What is doubtful of tables and delays where the search ends at these frequencies, Hz.
+    fn doubts(&self, source: &Source, hertz: [f64; 2]) -> Vec<String> {
+        let of_tables = self.tables.iter().flat_map(|(_, at, table)| {
+            table.doubt.clone().into_iter().chain(table.beyond(hertz)).map(move |said| (at, said))
+        });
+        let of_delays =
+            self.delays.iter().filter_map(|(at, delay)| Some((at, late("delay", *delay, hertz[1])?)));
+        let said = |(at, said): (&Range<usize>, String)| {
+            format!("{}, line {}: {said}", source.file, source.line(at.start))
+        };
+        of_tables.chain(of_delays).map(said).collect()
+    }
+
     fn gas(&self, table: Option<Spanned<Table>>) -> Outcome<(GasModel, f64, f64)> {
         let at = table.as_ref().map_or(0..0, Spanned::span);
         let mut table = table.map(Spanned::into_inner).unwrap_or_default();

@@ -39,37 +39,11 @@ impl Ask for Contours {
 }
 
 impl Run {
-    /// All sets assume the noise of the pressures that the stage found with all microphones: a set of two
-    /// measures no more than it fits, and could not choose any.
     fn contours(&self, question: &Question, sets: &[Vec<usize>]) -> Result<Found, EngineError> {
         let no_stage = || EngineError::NoPoint { stage: question.stage.clone() };
-        let (_, stage) = self.study.plan.stage(&question.stage).ok_or_else(no_stage)?;
         let chosen = self.chosen(&question.stage).ok_or_else(no_stage)?;
-        let found = crate::Misfit::of(&chosen.trained.noise).measured;
-        let noise = self.noise(&stage.noise)?;
-        let noise = Noise {
-            law: self.law_of(stage, &stage.noise, &chosen.choice())?,
-            of_a_point: [0, 1, 2].map(|k| match noise.of_a_point[k] {
-                fixed @ NoiseMode::Fixed { .. } => fixed,
-                _ => NoiseMode::Fixed { sd: found[k] },
-            }),
-            ..noise
-        };
-        let known = chosen.known.to_vec();
-        let mut training = self.training(stage, noise, known, super::super::Trusted::Laplace);
-        training.search.start = Some(chosen.trained.best().to_vec());
+        let cases = self.of_sets(&question.stage, sets)?;
         let names = &self.rig.microphones.names;
-        let all: Vec<usize> = (0..names.len()).collect();
-        let every =
-            if sets.is_empty() { subsets(names.len(), self.rig.microphones.reference) } else { Vec::new() };
-        let wanted: Vec<&Vec<usize>> = sets.iter().chain(&every).collect();
-        let one = |set: &&Vec<usize>| {
-            let microphones = if set.is_empty() { all.clone() } else { (*set).clone() };
-            let training = Training { microphones: microphones.clone(), ..training.clone() };
-            let trained = train(&chosen.assembly, &chosen.observed, &training)?;
-            Ok((microphones, trained))
-        };
-        let cases = wanted.par_iter().map(one).in_order::<Result<Vec<_>, EngineError>>()?;
         let free = chosen.assembly.parameters();
         let p = free.len();
         let most = cases.iter().max_by_key(|(m, _)| m.len()).ok_or_else(no_stage)?;
@@ -115,32 +89,18 @@ impl Run {
             values: [None, None].into_iter().chain(free.iter().flat_map(prior)).collect(),
             ..FrameRow::default()
         };
-        let panels = pairs
-            .iter()
-            .enumerate()
-            .map(|(k, &(i, j))| AnswerPanel {
-                x: axis_label(&columns[2 + 2 * i]),
-                y: axis_label(&columns[2 + 2 * j]),
-                layers: vec![
-                    Layer {
-                        frame: 0,
-                        look: LayerLook::Ellipse,
-                        x: 2 + 2 * i,
-                        y: 2 + 2 * j,
-                        sd: Some(2 + 2 * p + 4 * k + 2),
-                        mode: None,
-                    },
-                    Layer {
-                        frame: 1,
-                        look: LayerLook::Dots,
-                        x: 2 + 2 * i,
-                        y: 2 + 2 * j,
-                        sd: None,
-                        mode: None,
-                    },
-                ],
-            })
-            .collect();
+        // Ellipses of the sets, and dots of the prior.
+        let panel = |(k, &(i, j)): (usize, &(usize, usize))| {
+            let (x, y) = (2 + 2 * i, 2 + 2 * j);
+            let layer = |frame, look, sd| Layer { frame, look, x, y, sd, mode: None };
+            let covariance = 2 + 2 * p + 4 * k + 2;
+            AnswerPanel {
+                x: axis_label(&columns[x]),
+                y: axis_label(&columns[y]),
+                layers: vec![layer(0, LayerLook::Ellipse, Some(covariance)), layer(1, LayerLook::Dots, None)],
+            }
+        };
+        let panels = pairs.iter().enumerate().map(panel).collect();
         let columns_of_prior = columns[..2 + 2 * p].to_vec();
         let frames = vec![Frame { columns, rows }, Frame { columns: columns_of_prior, rows: vec![expected] }];
         let caption = format!(
@@ -148,6 +108,43 @@ impl Run {
             chosen.assembly.ids().join(", ")
         );
         Ok((frames, panels, parameters(&most.1, free), caption))
+    }
+
+    /// The model of a stage trained with each of the sets. All assume the noise of the pressures that the
+    /// stage found with all microphones: a set of two measures no more than it fits, and could not choose
+    /// any.
+    fn of_sets(
+        &self,
+        id: &str,
+        sets: &[Vec<usize>],
+    ) -> Result<Vec<(Vec<usize>, crate::Trained)>, EngineError> {
+        let no_stage = || EngineError::NoPoint { stage: id.to_owned() };
+        let (_, stage) = self.study.plan.stage(id).ok_or_else(no_stage)?;
+        let chosen = self.chosen(id).ok_or_else(no_stage)?;
+        let found = crate::Misfit::of(&chosen.trained.noise).measured;
+        let noise = self.noise(&stage.noise)?;
+        let noise = Noise {
+            law: self.law_of(stage, &stage.noise, &chosen.choice())?,
+            of_a_point: [0, 1, 2].map(|k| match noise.of_a_point[k] {
+                fixed @ NoiseMode::Fixed { .. } => fixed,
+                _ => NoiseMode::Fixed { sd: found[k] },
+            }),
+            ..noise
+        };
+        let known = chosen.known.to_vec();
+        let mut training = self.training(stage, noise, known, super::super::Trusted::Laplace);
+        training.search.start = Some(chosen.trained.best().to_vec());
+        let heard = &self.rig.microphones;
+        let all: Vec<usize> = (0..heard.names.len()).collect();
+        let every = if sets.is_empty() { subsets(all.len(), heard.reference) } else { Vec::new() };
+        let wanted: Vec<&Vec<usize>> = sets.iter().chain(&every).collect();
+        let one = |set: &&Vec<usize>| {
+            let microphones = if set.is_empty() { all.clone() } else { (*set).clone() };
+            let training = Training { microphones: microphones.clone(), ..training.clone() };
+            let trained = train(&chosen.assembly, &chosen.observed, &training)?;
+            Ok((microphones, trained))
+        };
+        wanted.par_iter().map(one).in_order()
     }
 }
 

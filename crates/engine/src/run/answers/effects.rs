@@ -3,7 +3,7 @@
 use super::super::combined::assembly_of;
 use super::super::course::Run;
 use super::super::frame::{Frame, FrameColumn, FrameRow, finite};
-use super::super::inputs::selected;
+use super::super::points::inputs::selected;
 use super::answer::Found;
 use super::axes::{ANGULAR_FREQUENCY, GROWTH_RATE, apart, axis_label, growth_and_frequency};
 use super::kinds::Ask;

@@ -3,7 +3,7 @@
 
 use super::super::course::{Chosen, Run};
 use super::super::frame::{Frame, FrameColumn, FrameRow, finite};
-use super::super::inputs::conditions;
+use super::super::points::inputs::conditions;
 use super::answer::{AnswerPanel, Found, Layer, LayerLook};
 use super::axes::{axis_label, symbol};
 use super::kinds::Ask;

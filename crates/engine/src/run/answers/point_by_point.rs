@@ -3,7 +3,7 @@
 use super::super::combined::assembly_of;
 use super::super::course::Run;
 use super::super::frame::{Frame, FrameColumn};
-use super::super::inputs::selected;
+use super::super::points::inputs::selected;
 use super::answer::{AnswerPanel, Found, Layer, LayerLook};
 use super::axes::{axis_label, symbol};
 use super::kinds::Ask;

@@ -2,7 +2,7 @@
 
 use super::super::course::{Chosen, Run};
 use super::super::frame::{Frame, FrameColumn, FrameRow, finite};
-use super::super::inputs::conditions_or_ambient;
+use super::super::points::inputs::conditions_or_ambient;
 use super::super::record::ModelRecord;
 use super::answer::{Found, LayerLook};
 use super::axes::{

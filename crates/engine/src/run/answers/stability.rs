@@ -1,7 +1,7 @@
 //! Where a trained model says that the rig is stable: growth rates over a grid of two factors.
 
 use super::super::frame::{Frame, FrameColumn, FrameRow, finite};
-use super::super::predicted::Forecast;
+use super::super::points::predicted::Forecast;
 use super::answer::{Answer, AnswerPanel, Layer, LayerLook};
 use super::axes::{axis_label, factor_column};
 use crate::SavedModel;
@@ -35,40 +35,7 @@ pub fn stability(
     let mut modes: Vec<&str> = found.iter().map(|f| f.mode.as_str()).collect();
     modes.sort_unstable();
     modes.dedup();
-    let of: BTreeMap<(&str, &str), &Forecast> =
-        found.iter().map(|f| ((f.point.as_str(), f.mode.as_str()), f)).collect();
-    let mut nodes: Vec<Node> = Vec::new();
-    let mut rows: Vec<FrameRow> = Vec::new();
-    for (k, &place) in places.iter().enumerate() {
-        let at = [values[0][k % values[0].len()], values[1][k / values[0].len()]];
-        let id = campaign.points[place].id.as_str();
-        let here: Vec<Option<&Forecast>> = modes.iter().map(|mode| of.get(&(id, *mode)).copied()).collect();
-        for (mode, forecast) in modes.iter().zip(&here) {
-            let numbers = forecast.map(|f| match &f.averaged {
-                Some(a) if averaged => ([a.growth_rate[0], a.stability_sd], a.angular_frequency, a.unstable),
-                _ => ([f.growth_rate[0], f.stability_sd], f.angular_frequency, f.unstable),
-            });
-            let shown = match numbers {
-                Some(([growth, sd], [frequency, _, of_it], chance)) => {
-                    [growth, sd, frequency, of_it, chance].map(finite)
-                }
-                None => [None; 5],
-            };
-            let values = at.iter().map(|v| Some(*v)).chain(shown).collect();
-            let (label, mode) = (id.to_owned(), (*mode).to_owned());
-            rows.push(FrameRow { label, mode, values, ..FrameRow::default() });
-        }
-        let all: Option<Vec<[f64; 2]>> = here
-            .iter()
-            .map(|f| {
-                f.map(|f| match &f.averaged {
-                    Some(a) if averaged => [a.growth_rate[0], a.stability_sd],
-                    _ => [f.growth_rate[0], f.stability_sd],
-                })
-            })
-            .collect();
-        nodes.extend(all.filter(|all| !all.is_empty()).map(|modes| Node { at, modes }));
-    }
+    let (rows, nodes) = of_grid(study, values, places, (found, &modes, averaged));
     let columns = factors.map(|k| factor_column(&campaign.factors[k]));
     let labels = [0, 1].map(|k| axis_label(&columns[k]));
     let numbers = [
@@ -82,22 +49,12 @@ pub fn stability(
     let others = others(found);
     let verdict = Verdict::of(&nodes, places.len(), !others.is_empty(), &columns);
     let empty = Frame { columns: columns.to_vec(), rows: Vec::new() };
-    let trained = model.trained_on.iter().filter_map(|id| campaign.point(id)).filter_map(|(_, p)| {
-        let at = factors.map(|k| p.factors[k]);
-        let row = FrameRow {
-            label: p.id.clone(),
-            series: TRAINED.to_owned(),
-            values: at.map(|v| Some(v).filter(|v| v.is_finite())).to_vec(),
-            ..FrameRow::default()
-        };
-        row.values.iter().all(Option::is_some).then_some(row)
-    });
     let extreme = verdict.at.map(|at| FrameRow {
         label: verdict.mark.clone(),
         values: at.map(Some).to_vec(),
         ..FrameRow::default()
     });
-    let points: Vec<FrameRow> = trained.collect();
+    let points = trained_at(study, factors, model);
     let said =
         [verdict.sentence, fixed(study, asked, places), beyond(&points, values, &columns), others].concat();
     let frames = vec![
@@ -124,6 +81,59 @@ pub fn stability(
         panels: if nodes.is_empty() { Vec::new() } else { panels.to_vec() },
     };
     (answer, said)
+}
+
+/// The rows of a map over `values` of two factors, and its nodes at which every one of the `modes` is known.
+fn of_grid(
+    study: &Study,
+    values: &[Vec<f64>; 2],
+    places: &[usize],
+    (found, modes, averaged): (&[Forecast], &[&str], bool),
+) -> (Vec<FrameRow>, Vec<Node>) {
+    let of: BTreeMap<(&str, &str), &Forecast> =
+        found.iter().map(|f| ((f.point.as_str(), f.mode.as_str()), f)).collect();
+    let growth = |f: &Forecast| match &f.averaged {
+        Some(a) if averaged => [a.growth_rate[0], a.stability_sd],
+        _ => [f.growth_rate[0], f.stability_sd],
+    };
+    let shown = |f: &Forecast| {
+        let ([frequency, _, of_it], chance) = match &f.averaged {
+            Some(a) if averaged => (a.angular_frequency, a.unstable),
+            _ => (f.angular_frequency, f.unstable),
+        };
+        let [growth, sd] = growth(f);
+        [growth, sd, frequency, of_it, chance].map(finite)
+    };
+    let (mut rows, mut nodes) = (Vec::new(), Vec::new());
+    for (k, &place) in places.iter().enumerate() {
+        let at = [values[0][k % values[0].len()], values[1][k / values[0].len()]];
+        let id = study.campaign.points[place].id.as_str();
+        let here: Vec<Option<&Forecast>> = modes.iter().map(|mode| of.get(&(id, *mode)).copied()).collect();
+        for (mode, forecast) in modes.iter().zip(&here) {
+            let values = at.iter().map(|v| Some(*v)).chain(forecast.map_or([None; 5], shown)).collect();
+            let (label, mode) = (id.to_owned(), (*mode).to_owned());
+            rows.push(FrameRow { label, mode, values, ..FrameRow::default() });
+        }
+        let all: Option<Vec<[f64; 2]>> = here.iter().map(|f| f.map(growth)).collect();
+        nodes.extend(all.filter(|all| !all.is_empty()).map(|modes| Node { at, modes }));
+    }
+    (rows, nodes)
+}
+
+/// The points that trained a model, where the two factors have values.
+fn trained_at(study: &Study, factors: &[usize; 2], model: &SavedModel) -> Vec<FrameRow> {
+    let row = |id: &String| {
+        let (_, p) = study.campaign.point(id)?;
+        let at = factors.map(|k| p.factors[k]);
+        let row = FrameRow {
+            label: p.id.clone(),
+            series: TRAINED.to_owned(),
+            values: at.map(|v| Some(v).filter(|v| v.is_finite())).to_vec(),
+            ..FrameRow::default()
+        };
+        row.values.iter().all(Option::is_some).then_some(row)
+    };
+    model.trained_on.iter().filter_map(row).collect()
 }
 
 /// A node of which every mode is known: growth rate and its deviation.

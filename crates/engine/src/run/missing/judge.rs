@@ -23,13 +23,6 @@ const TOLD: usize = 6;
 /// Data sets that are drawn.
 const DRAWS: usize = 1000;
 
-/// A term that the data say something of.
-struct Found {
-    term: Term,
-    direction: Vec<f64>,
-    told: Told,
-}
-
 pub(super) fn judged(
     linear: &Linearised,
     library: Library,
@@ -111,6 +104,13 @@ pub(super) fn judged(
     }
     let by_chance = chance.get(chance.len() * 19 / 20).copied().filter(|g| g.is_finite())?;
     Some(Missing { tried: found.len(), by_chance, families, best })
+}
+
+/// A term that the data say something of.
+struct Found {
+    term: Term,
+    direction: Vec<f64>,
+    told: Told,
 }
 
 /// What is left of every term when some are in the model: scores and directions made orthogonal to those, by

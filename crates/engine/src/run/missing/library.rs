@@ -2,7 +2,7 @@
 
 use crate::observed::Used;
 use crate::point::Probed;
-use crate::{Assembly, Conditions, EngineError, Observed, PointModel};
+use crate::{Assembly, EngineError, Observed, PointModel};
 use rayon::prelude::*;
 use rijke_network::Workspace;
 use rijke_numerics::words::to_digits;
@@ -111,100 +111,18 @@ impl Library {
         let probed: Vec<Probed> =
             observed.par_iter().zip(used).enumerate().map(probe).in_order::<Result<_, EngineError>>()?;
         let factors = factors(campaign, observed, &probed);
-        let mut library = Self { terms: Vec::new(), directions: Vec::new() };
-        let mut add = |term: &Term, slope: &dyn Fn(usize) -> Option<Vec<C64>>| {
-            let slopes: Vec<Option<Vec<C64>>> = (0..observed.len()).map(slope).collect();
-            if slopes.iter().all(Option::is_none) {
-                return;
-            }
-            for (times, weights) in &factors {
-                let datum = |&(k, row): &(usize, usize)| {
-                    let z = slopes[k].as_ref().map_or(C64::ZERO, |z| z[row / 2]);
-                    weights[k] * if row % 2 == 0 { z.re } else { z.im }
-                };
-                library.directions.push(rows.iter().map(datum).collect());
-                library.terms.push(Term { times: times.clone(), ..term.clone() });
-            }
+        let mut making = Making {
+            library: Self { terms: Vec::new(), directions: Vec::new() },
+            observed,
+            probed,
+            factors,
+            rows,
         };
-        let times = |z: &[C64], by: C64| z.iter().map(|z| z * by).collect::<Vec<C64>>();
-        for (number, spot) in spots.iter().enumerate() {
-            let there: Vec<f64> = spot.at.iter().copied().flatten().collect();
-            // To a micrometre: a mean of equal places is that place.
-            let x = Some((there.iter().sum::<f64>() / there.len() as f64 * 1e6).round() * 1e-6);
-            for Kind { name, coefficient, unit, per_strength } in &KINDS {
-                let term = Term {
-                    effect: (*name).to_owned(),
-                    place: spot.name.clone(),
-                    named: spot.named,
-                    acts: coefficient.to_string(),
-                    x,
-                    times: String::new(),
-                    unit,
-                };
-                add(&term, &|k| {
-                    let x = spot.at[k]?;
-                    let place = spots[..number].iter().filter(|other| other.at[k].is_some()).count();
-                    let around = observed[k].conditions.around(x);
-                    let slope = probed[k].places[place][*coefficient].as_ref()?;
-                    Some(times(slope, per_strength(around[DENSITY], around[SOUND_SPEED], probed[k].s)))
-                });
-            }
-        }
-        let term = |effect: &str, place: &str, unit| Term {
-            effect: effect.to_owned(),
-            place: place.to_owned(),
-            named: true,
-            acts: if place == "all ducts" { "walls" } else { effect.rsplit(" of ").next().unwrap_or(effect) }
-                .to_owned(),
-            x: None,
-            times: String::new(),
-            unit,
-        };
-        for (end, place) in ["upstream end", "downstream end"].into_iter().enumerate() {
-            let slope = |k: usize| probed[k].ends[end].as_ref();
-            let at = |effect, unit| {
-                let length = |c: &Conditions| c.layout.length;
-                let x =
-                    observed.iter().map(|o| if end == 0 { 0.0 } else { length(&o.conditions) }).sum::<f64>();
-                Term {
-                    x: Some(x / observed.len() as f64),
-                    acts: "end".to_owned(),
-                    ..term(effect, place, unit)
-                }
-            };
-            add(&at("reflection, real part", "1"), &|k| slope(k).cloned());
-            add(&at("reflection, in proportion to s", "s"), &|k| Some(times(slope(k)?, probed[k].s)));
-        }
-        for (part, [loss, reactive]) in
-            [["friction of walls", "inertia of the gas"], ["heat to walls", "compliance of the gas"]]
-                .into_iter()
-                .enumerate()
-        {
-            let slope = |k: usize| probed[k].walls[part].as_ref();
-            add(&term(loss, "all ducts", "m^-1"), &|k| slope(k).cloned());
-            let by = |k: usize| probed[k].s / observed[k].conditions.base.at(0.0).sound_speed;
-            add(&term(reactive, "all ducts", "1"), &|k| Some(times(slope(k)?, by(k))));
-        }
-        // The commonest loss of all: both parts of the walls' loss together, in proportion to sqrt(s).
-        add(&term("boundary layers of walls", "all ducts", "1"), &|k| {
-            Some(times(probed[k].layers.as_ref()?, probed[k].s.sqrt()))
-        });
-        let mut owners: Vec<[usize; 2]> = probed.iter().flat_map(|p| p.laws.iter().map(|l| l.0)).collect();
-        owners.sort_unstable();
-        owners.dedup();
-        for [candidate, number] in owners {
-            let owner = &assembly.candidates()[candidate];
-            let effect = &owner.effects[number];
-            if effect.place.is_end() {
-                continue;
-            }
-            let slope = |k: usize| probed[k].laws.iter().find(|l| l.0 == [candidate, number]).map(|l| &l.1);
-            let of = |what: &str| format!("{what} of {} of {}", effect.coefficient.name(), owner.id);
-            add(&term(&of("gain"), &effect.place_text, "1"), &|k| slope(k).cloned());
-            if !effect.place.is_along() {
-                add(&term(&of("delay"), &effect.place_text, "s"), &|k| Some(times(slope(k)?, -probed[k].s)));
-            }
-        }
+        making.add_places(&spots);
+        making.add_ends();
+        making.add_walls();
+        making.add_laws(assembly);
+        let mut library = making.library;
         library.add_channels(assembly, used, rows);
         Ok(library)
     }
@@ -237,6 +155,137 @@ impl Library {
             });
         }
     }
+}
+
+/// A library in the making, of terms that the model was probed with.
+struct Making<'a> {
+    library: Library,
+    observed: &'a [Observed],
+    probed: Vec<Probed>,
+    /// What a term may be in proportion to, and that at each observation.
+    factors: Vec<(String, Vec<f64>)>,
+    rows: &'a [(usize, usize)],
+}
+
+impl Making<'_> {
+    /// The changes `slope` of each observation per strength of a term, in proportion to each factor.
+    fn add(&mut self, term: &Term, slope: &dyn Fn(&Self, usize) -> Option<Vec<C64>>) {
+        let slopes: Vec<Option<Vec<C64>>> = (0..self.observed.len()).map(|k| slope(self, k)).collect();
+        if slopes.iter().all(Option::is_none) {
+            return;
+        }
+        for (times, weights) in &self.factors {
+            let datum = |&(k, row): &(usize, usize)| {
+                let z = slopes[k].as_ref().map_or(C64::ZERO, |z| z[row / 2]);
+                weights[k] * if row % 2 == 0 { z.re } else { z.im }
+            };
+            self.library.directions.push(self.rows.iter().map(datum).collect());
+            self.library.terms.push(Term { times: times.clone(), ..term.clone() });
+        }
+    }
+
+    /// Forces, heat and mass at places.
+    fn add_places(&mut self, spots: &[Spot]) {
+        for (number, spot) in spots.iter().enumerate() {
+            let there: Vec<f64> = spot.at.iter().copied().flatten().collect();
+            // To a micrometre: a mean of equal places is that place.
+            let x = Some((there.iter().sum::<f64>() / there.len() as f64 * 1e6).round() * 1e-6);
+            for Kind { name, coefficient, unit, per_strength } in &KINDS {
+                let term = Term {
+                    effect: (*name).to_owned(),
+                    place: spot.name.clone(),
+                    named: spot.named,
+                    acts: coefficient.to_string(),
+                    x,
+                    times: String::new(),
+                    unit,
+                };
+                self.add(&term, &|of, k| {
+                    let x = spot.at[k]?;
+                    let place = spots[..number].iter().filter(|other| other.at[k].is_some()).count();
+                    let around = of.observed[k].conditions.around(x);
+                    let probed = &of.probed[k];
+                    let slope = probed.places[place][*coefficient].as_ref()?;
+                    Some(times(slope, per_strength(around[DENSITY], around[SOUND_SPEED], probed.s)))
+                });
+            }
+        }
+    }
+
+    /// What the ends reflect.
+    fn add_ends(&mut self) {
+        for (end, place) in ["upstream end", "downstream end"].into_iter().enumerate() {
+            let length = |o: &Observed| if end == 0 { 0.0 } else { o.conditions.layout.length };
+            let x = self.observed.iter().map(length).sum::<f64>() / self.observed.len() as f64;
+            let at = |effect, unit| Term { x: Some(x), acts: "end".to_owned(), ..term(effect, place, unit) };
+            self.add(&at("reflection, real part", "1"), &|of, k| of.probed[k].ends[end].clone());
+            self.add(&at("reflection, in proportion to s", "s"), &|of, k| {
+                Some(times(of.probed[k].ends[end].as_ref()?, of.probed[k].s))
+            });
+        }
+    }
+
+    /// What walls take and store, along all ducts.
+    fn add_walls(&mut self) {
+        for (part, [loss, reactive]) in
+            [["friction of walls", "inertia of the gas"], ["heat to walls", "compliance of the gas"]]
+                .into_iter()
+                .enumerate()
+        {
+            self.add(&term(loss, "all ducts", "m^-1"), &|of, k| of.probed[k].walls[part].clone());
+            self.add(&term(reactive, "all ducts", "1"), &|of, k| {
+                let by = of.probed[k].s / of.observed[k].conditions.base.at(0.0).sound_speed;
+                Some(times(of.probed[k].walls[part].as_ref()?, by))
+            });
+        }
+        // The commonest loss of all: both parts of the walls' loss together, in proportion to sqrt(s).
+        self.add(&term("boundary layers of walls", "all ducts", "1"), &|of, k| {
+            Some(times(of.probed[k].layers.as_ref()?, of.probed[k].s.sqrt()))
+        });
+    }
+
+    /// Gain and delay of the laws of the model.
+    fn add_laws(&mut self, assembly: &Assembly) {
+        let mut owners: Vec<[usize; 2]> =
+            self.probed.iter().flat_map(|p| p.laws.iter().map(|l| l.0)).collect();
+        owners.sort_unstable();
+        owners.dedup();
+        for [candidate, number] in owners {
+            let owner = &assembly.candidates()[candidate];
+            let effect = &owner.effects[number];
+            if effect.place.is_end() {
+                continue;
+            }
+            let slope = |of: &Self, k: usize| {
+                of.probed[k].laws.iter().find(|l| l.0 == [candidate, number]).map(|l| l.1.clone())
+            };
+            let of = |what: &str| format!("{what} of {} of {}", effect.coefficient.name(), owner.id);
+            self.add(&term(&of("gain"), &effect.place_text, "1"), &slope);
+            if !effect.place.is_along() {
+                self.add(&term(&of("delay"), &effect.place_text, "s"), &|of, k| {
+                    Some(times(&slope(of, k)?, -of.probed[k].s))
+                });
+            }
+        }
+    }
+}
+
+/// A term of a named place, of no place along x.
+fn term(effect: &str, place: &str, unit: &'static str) -> Term {
+    Term {
+        effect: effect.to_owned(),
+        place: place.to_owned(),
+        named: true,
+        acts: if place == "all ducts" { "walls" } else { effect.rsplit(" of ").next().unwrap_or(effect) }
+            .to_owned(),
+        x: None,
+        times: String::new(),
+        unit,
+    }
+}
+
+fn times(z: &[C64], by: C64) -> Vec<C64> {
+    z.iter().map(|z| z * by).collect()
 }
 
 /// A grid along the rig, and the parts that act at places.

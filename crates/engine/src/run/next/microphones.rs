@@ -3,8 +3,8 @@
 use super::place::{Place, Wish};
 use super::predictive::Numbers;
 use super::told::Aim;
-use crate::run::average::OpenModel;
-use crate::run::ready::Known;
+use crate::run::points::ready::Known;
+use crate::run::stages::average::OpenModel;
 use crate::{EngineError, SavedModel};
 use rayon::prelude::*;
 use rijke_numerics::{C64, InOrder, Matrix};

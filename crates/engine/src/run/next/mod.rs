@@ -18,8 +18,8 @@ pub use place::Wish;
 pub use sequence::{Lead, Leads, Sequence};
 pub use told::Aim;
 
-use super::average::OpenModel;
-use crate::run::ready::Known;
+use super::stages::average::OpenModel;
+use crate::run::points::ready::Known;
 use crate::{EngineError, SavedModel};
 use place::Place;
 use plan::Worth;

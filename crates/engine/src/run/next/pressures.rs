@@ -2,7 +2,7 @@
 //! leaves, which all visits share.
 
 use super::predictive::{Numbers, Shared};
-use crate::errors::Channels;
+use crate::errors::ChannelsOfModes;
 use crate::{EngineError, NamedGaussian, Observed};
 use rijke_inference::relative_noise;
 use rijke_numerics::{C64, Cholesky, Matrix};
@@ -44,7 +44,7 @@ impl Listening {
         let instruments = &study.rig.microphones;
         let used = |m: &usize| stage.hears(&instruments.names[*m]);
         let stated = errors.map_or(0, |e| e.delays.rows() + 1);
-        let channels = Channels::of(&study.rig, errors, &(0..stated).filter(used).collect::<Vec<_>>());
+        let channels = ChannelsOfModes::of(&study.rig, errors, &(0..stated).filter(used).collect::<Vec<_>>());
         let mut found =
             Self { own: vec![0.0; instruments.at.len()], reference: 0.0, channels: BTreeMap::new() };
         if let (Some(errors), Some(channels)) = (errors, &channels) {
@@ -59,7 +59,7 @@ impl Listening {
     /// Takes measured covariances apart into what each microphone has of its own and what it has of the
     /// reference, by least squares of what different microphones have together; the share of the channels is
     /// no noise.
-    fn listen(&mut self, trained: &[Observed], reference: usize, channels: Option<&Channels>) {
+    fn listen(&mut self, trained: &[Observed], reference: usize, channels: Option<&ChannelsOfModes>) {
         let all: Vec<usize> = (0..self.own.len()).collect();
         let [mut together, mut squares] = [0.0; 2];
         let mut sums = vec![[0.0; 3]; all.len()];
@@ -152,7 +152,7 @@ fn calibrated(
     study: &Study,
     stage: &Stage,
     errors: &ChannelErrors,
-    channels: &Channels,
+    channels: &ChannelsOfModes,
     known: &NamedGaussian,
 ) -> Result<BTreeMap<usize, [Calibrated; 2]>, EngineError> {
     let n = channels.microphones.len();

@@ -10,9 +10,9 @@
 use super::place::Place;
 use super::predictive::{Numbers, Predictive};
 use crate::run::course::{Chosen, Done, Run};
-use crate::run::inputs::selected;
 use crate::run::parameter::TrainedParameter;
-use crate::run::ready::Known;
+use crate::run::points::inputs::selected;
+use crate::run::points::ready::Known;
 use crate::run::record::ModelRecord;
 use crate::{EngineError, Observed, SavedModel};
 use rayon::prelude::*;

@@ -5,12 +5,6 @@ use crate::EngineError;
 use crate::rows::Choice;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// The nodes of a whole search.
-struct Whole<'a> {
-    first: &'a SearchPart,
-    nodes: BTreeMap<(usize, usize), &'a SearchNode>,
-}
-
 /// Joins the parts of a search, in any order; a part that comes twice counts once.
 ///
 /// # Errors
@@ -57,6 +51,12 @@ pub fn merge_searches(parts: &[SearchPart]) -> Result<SearchRecord, EngineError>
         return refuse(format!("no combination could be trained to the last stage; {why}"));
     }
     Ok(whole.record())
+}
+
+/// The nodes of a whole search.
+struct Whole<'a> {
+    first: &'a SearchPart,
+    nodes: BTreeMap<(usize, usize), &'a SearchNode>,
 }
 
 impl<'a> Whole<'a> {

@@ -3,7 +3,7 @@
 use crate::EngineError;
 use crate::rows::Choice;
 use crate::run::course::{Run, Trusted};
-use crate::run::inputs::selected;
+use crate::run::points::inputs::selected;
 use crate::run::record::EvidenceRecord;
 use rijke_study::plan::Stage;
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
