@@ -1,5 +1,6 @@
 #![doc = include_str!("../README.md")]
 
+mod beyond;
 pub mod check;
 mod cholesky;
 mod complex_dual;
@@ -27,6 +28,7 @@ mod whole;
 pub mod wide;
 pub mod words;
 
+pub use beyond::scatter_beyond;
 pub use cholesky::{Cholesky, forward};
 pub use complex_dual::ComplexDual;
 pub use dense::{DenseError, Matrix, dot, interpolate};

@@ -4,7 +4,7 @@ use super::posterior::Posterior;
 use crate::density::{Energy, Objective, TrustRegion, minimise};
 use crate::error::InferenceError;
 use crate::problem::{NoiseMode, Prediction};
-use rijke_numerics::Order;
+use rijke_numerics::{Order, scatter_beyond};
 
 /// How far, in ln sd, a noise may be from the root mean square of its residuals before all coordinates are
 /// free.
@@ -28,9 +28,6 @@ struct Residuals {
     each: Vec<[f64; 2]>,
 }
 
-/// Relative error of the variance with which a noise starts.
-const CLOSE: f64 = 1e-6;
-
 /// Squares of residuals over the measured variances that leave something for a noise.
 const BEYOND: f64 = 1.5;
 
@@ -44,31 +41,16 @@ impl Residuals {
         self.each.iter().map(|[_, floor]| *floor).fold(f64::INFINITY, f64::min)
     }
 
-    /// Their squares over their variances, with a noise of such a variance, over their number: 1 where they
-    /// are as large as that.
-    fn over(&self, variance: f64) -> f64 {
-        let of = |[square, floor]: &[f64; 2]| {
-            if *square > 0.0 { square / (floor + variance) } else { 0.0 }
-        };
+    /// The mean of their squares over their measured variances.
+    fn over(&self) -> f64 {
+        let of = |[square, floor]: &[f64; 2]| if *square > 0.0 { square / floor } else { 0.0 };
         self.each.iter().map(of).sum::<f64>() / self.each.len().max(1) as f64
     }
 
-    /// The variance of a noise with which they are as large as they should be (Paule and Mandel, J. Res. Natl.
-    /// Bur. Stand. 87 (1982) 377): where measured errors are unequal, the sum of their squares is that of the
-    /// least precise data. No less than a hundredth of the mean of their squares.
+    /// The variance of a noise that explains what they are beyond the measured ones, and no less than a
+    /// hundredth of the mean of their squares.
     fn noise(&self) -> f64 {
-        let mean = self.squares() / self.each.len().max(1) as f64;
-        let least = 0.01 * mean;
-        if !mean.is_finite() || self.over(least) <= 1.0 {
-            return least;
-        }
-        // One at least a hundredth of the mean of squares, and at most their sum.
-        let (mut low, mut high) = (least, self.squares());
-        while high > low * (1.0 + CLOSE) {
-            let middle = low.sqrt() * high.sqrt();
-            if self.over(middle) > 1.0 { low = middle } else { high = middle }
-        }
-        high
+        scatter_beyond(&self.each).max(0.01 * self.squares() / self.each.len().max(1) as f64)
     }
 }
 
@@ -152,7 +134,7 @@ impl Posterior<'_> {
                 z[self.parameters().len() + k] = 0.5 * residuals.noise().ln();
             }
             let lowest = residuals.lowest();
-            if lowest > 0.0 && lowest.is_finite() && residuals.over(0.0) < 2.0 {
+            if lowest > 0.0 && lowest.is_finite() && residuals.over() < 2.0 {
                 found.push(Settled::at(self.parameters().len() + k, lowest));
             }
         }
@@ -167,7 +149,7 @@ impl Posterior<'_> {
         for (k, &g) in self.floating().iter().enumerate() {
             let residuals = self.residuals_of(g, predicted);
             let inferred = matches!(self.data().groups()[g].mode, NoiseMode::Inferred { .. });
-            if !(inferred && residuals.over(0.0) > BEYOND) {
+            if !(inferred && residuals.over() > BEYOND) {
                 continue;
             }
             let excess = 0.5 * residuals.noise().ln();

@@ -11,6 +11,7 @@ use super::maxima::of_all;
 use crate::noise::{Noise, floats, measured_sd};
 use crate::observed::Used;
 use crate::rows::{Choice, Row};
+use crate::trained::OfSeveral;
 use crate::{Assembly, EngineError, Misfit, NamedGaussian, Observed, PointModel, Trained, Training, train};
 use rijke_inference::{AssessOptions, MapOptions, Parameter, TrustRegion};
 use rijke_numerics::words::few;
@@ -169,9 +170,14 @@ impl Run {
         let used = found.used(&self.rig, stage);
         let mut fitted = predicted.to_vec();
         let mut left: Vec<Vec<f64>> = used.iter().map(|u| vec![0.0; u.size()]).collect();
-        for ((k, row), residual) in found.rows(&used).into_iter().zip(&found.trained.linear.0.residuals) {
+        // Errors that several points share may be noise of this training.
+        let OfSeveral { learned, columns, .. } = &found.trained.told;
+        let shared = |i: usize| columns.iter().zip(&learned.mean).map(|(c, e)| c[i] * e).sum::<f64>();
+        let residuals = &found.trained.linear.0.residuals;
+        for (i, ((k, row), residual)) in found.rows(&used).into_iter().zip(residuals).enumerate() {
             let mode = &found.observed[k].mode;
-            left[k][row] = *residual;
+            let residual = residual - shared(i);
+            left[k][row] = residual;
             if let Some(Some(measured)) = [mode.growth_rate, mode.angular_frequency].get(row) {
                 fitted[k][row] = measured - residual;
             }

@@ -5,6 +5,7 @@ use super::apart::{Apart, Common, Held, scattered_days};
 use crate::noise::measured_sd;
 use crate::{BeyondTable, Observed};
 use rijke_inference::{Parameter, Prior};
+use rijke_numerics::scatter_beyond;
 use rijke_numerics::words::with_sd;
 use rijke_study::hertz;
 
@@ -178,8 +179,8 @@ fn outlying<'a>(there: &[Held<'a>], k: usize) -> Option<Outlying<'a>> {
     order.sort_by(|a, b| far(b).total_cmp(&far(a)));
     let of = |count: usize| {
         let (points, rest) = order.split_at(count);
-        let beyond: f64 = rest.iter().map(|t| residual(t).powi(2) - error(t).powi(2)).sum();
-        let beyond = (beyond / rest.len() as f64).max(0.0);
+        let each: Vec<[f64; 2]> = rest.iter().map(|t| [residual(t).powi(2), error(t).powi(2)]).collect();
+        let beyond = scatter_beyond(&each);
         let allowed = |t: &Held<'_>| (error(t).powi(2) + beyond).sqrt();
         let least = points.iter().map(|t| residual(t) / allowed(t)).fold(f64::INFINITY, f64::min);
         let exchanged = match points {
