@@ -48,7 +48,7 @@ pub(super) struct Left {
     /// The size over that which the measured standard deviations have alone; none if some were not measured.
     pub(super) beyond_stated: Option<f64>,
     /// By which power of the modulus of the numbers the residuals grow, and its standard deviation; none
-    /// where standard deviations were measured, or rows are scaled.
+    /// where standard deviations were measured, rows are scaled, or the noise has a part in proportion to it.
     pub(super) growth: Option<[f64; 2]>,
 }
 
@@ -58,7 +58,7 @@ const GROWS: f64 = 0.3;
 /// By which power of the modulus of the numbers residuals grow, and its standard deviation: the slope of half
 /// of ln |residual|^2, which scatters by pi/sqrt(24) for normal noise, over ln |number|.
 fn growth(measured: &[Measured], distances: &[Vec<f64>]) -> Option<[f64; 2]> {
-    if measured.iter().any(|m| !m.sd.is_empty() || m.sources > 0) {
+    if measured.iter().any(|m| !m.sd.is_empty() || !m.factor.is_empty() || m.sources > 0) {
         return None;
     }
     let numbers = measured.iter().flat_map(|m| m.values.iter().map(|z| z.norm()));
@@ -362,5 +362,25 @@ mod tests {
         for left in [of(&|_| 0.0, 0.0), of(&|k| jumps[k], 0.0)] {
             assert!(left.neighbours_sds.abs() < NOT_NOISE, "{}", left.neighbours_sds);
         }
+    }
+
+    /// Noise in proportion to the modulus is taken for what it is where every number has its share of it.
+    #[test]
+    fn behaviour_no_growth_is_told_where_the_noise_has_a_part_in_proportion() {
+        let model: Vec<C64> = (1..=30).map(|k| C64::from(0.1 * f64::from(k))).collect();
+        let values: Vec<C64> =
+            model.iter().enumerate().map(|(k, z)| z * (1.0 + 0.2 * (k as f64).sin())).collect();
+        let factor = model.iter().map(|z| z.norm_sqr()).collect();
+        let all = [Measured { factor, ..load(values.clone(), Vec::new()) }];
+        let noise = [rijke_inference::NoiseEstimate {
+            name: super::super::NOISE.into(),
+            unit: "1".into(),
+            sd: 0.1,
+            floats: true,
+            few: None,
+        }];
+        let rest = Rest { noise: &noise, kernel: None };
+        assert_eq!(left(&all, vec![model.clone()], rest).growth, None);
+        assert!(left(&[load(values, Vec::new())], vec![model], rest).growth.is_some());
     }
 }
