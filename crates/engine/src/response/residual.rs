@@ -157,6 +157,20 @@ impl Left {
         ratio > limit && ratio > 1.0 + NOT_NOISE * self.ratio_sd
     }
 
+    /// The share of the data that the model leaves, if it does not describe them.
+    pub(super) fn undescribed(&self, stage: &ResponseStage) -> Option<f64> {
+        let poor = self.neighbours_sds > NOT_NOISE && self.share > POOR;
+        (poor || self.is_covered(stage)).then_some(self.share)
+    }
+
+    /// Whether the inferred noise covers residuals that are a large part of data which do not state errors as
+    /// large.
+    fn is_covered(&self, stage: &ResponseStage) -> bool {
+        let floats = !matches!(stage.noise, SdSpec::Fixed(_));
+        let stated = self.beyond_stated.is_some_and(|b| b < BEYOND);
+        floats && self.share > UNDESCRIBED && self.neighbours_sds <= NOT_NOISE && !stated
+    }
+
     /// What the residuals say of the model, a sentence each; `mistaken` says what the data may be instead,
     /// and is asked where the model is far from them.
     pub(super) fn remarks(
@@ -188,8 +202,7 @@ impl Left {
         if self.share > POOR {
             remarks.extend(mistaken());
         }
-        let stated = self.beyond_stated.is_some_and(|b| b < BEYOND);
-        if floats && self.share > UNDESCRIBED && self.neighbours_sds <= NOT_NOISE && !stated {
+        if self.is_covered(stage) {
             remarks.push(format!(
                 "the residuals of this model are {:.0} % of the data, and the inferred noise covers them: unless the data are as noisy as that, \
                  the model is wrong",

@@ -140,11 +140,16 @@ impl Checks {
                     p + 5e-4
                 ));
             }
-            (p > 1.0 - Self::NEVER && times > TOO_LARGE).then(|| {
-                format!(
+            (p > 1.0 - Self::NEVER && times > TOO_LARGE).then(|| match &s.law {
+                Some(role) => format!(
+                    "the noise of the {what} is about {times:.1} times too large: chi-squared is {chi_squared:.1} for {count} numbers. The misfit of the law \
+                     of `{role}`, which an earlier stage found, is a part of it: look there first; the standard deviations of parameters are too large, and \
+                     differences of evidence too small"
+                ),
+                None => format!(
                     "the stated noise of the {what} is about {times:.1} times too large: chi-squared is {chi_squared:.1} for {count} numbers; the \
                      standard deviations of parameters are therefore too large, and differences of evidence too small"
-                )
+                ),
             })
         };
         self.sums.iter().filter_map(one).collect()
@@ -179,6 +184,10 @@ pub struct SumCheck {
     /// Probability that data of the model itself have a larger one; none where the data chose more than half
     /// of the noise, which makes the sum what it is.
     pub probability: Option<f64>,
+    /// The role of a law whose misfit, found by an earlier stage, is a part of the noise; none where all of it
+    /// is stated or was chosen here.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub law: Option<String>,
 }
 
 /// A term in words.
@@ -258,10 +267,31 @@ impl ExactLengths {
 mod tests {
     use super::{Asked, Checks, Family, Missing, SumCheck};
 
+    /// Who stated 1 1/s, and was right, must not read that it is 162 times too large.
+    #[test]
+    fn message_noise_of_an_earlier_law_is_not_called_stated() {
+        let said = |law: Option<&str>| {
+            let (what, law) = ("growth rates".to_owned(), law.map(str::to_owned));
+            let sum = SumCheck { what, count: 6, chi_squared: 2.3e-4, probability: Some(0.999), law };
+            Checks { sums: vec![sum], ..Checks::default() }.doubts().join("")
+        };
+        assert!(
+            said(None).starts_with("the stated noise of the growth rates is about 161.5 times too large")
+        );
+        let of_a_law = said(Some("flame"));
+        assert!(!of_a_law.contains("stated") && of_a_law.contains("the law of `flame`"), "{of_a_law}");
+    }
+
     #[test]
     fn exact_terms_that_explain_a_small_part_are_said_to() {
         let checks = |chi_squared: f64| Checks {
-            sums: vec![SumCheck { what: "a".into(), count: 96, chi_squared, probability: Some(0.0) }],
+            sums: vec![SumCheck {
+                what: "a".into(),
+                count: 96,
+                chi_squared,
+                probability: Some(0.0),
+                law: None,
+            }],
             ..Checks::default()
         };
         let missing = |gain: f64| {

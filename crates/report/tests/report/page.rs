@@ -60,6 +60,7 @@ fn stage() -> StageRecord {
         assumes: vec!["Cold tube: x is taken, though y is only 0.4 nats behind".into()],
         one_start: false,
         missed: Some("frequencies are missed by 1.7 %".into()),
+        undescribed: vec!["this stage stands on \"ftf\"".into()],
         carried: vec![carried("a", Some(-30.0)), carried("b", Some(-31.25)), carried("c", None)],
         missing: Some(missing()),
         moved_since: Some("what is missing may have moved eta".into()),
@@ -73,6 +74,7 @@ fn stage() -> StageRecord {
                 count: 2,
                 chi_squared: 3.25,
                 probability: Some(0.197),
+                law: None,
             }],
         }),
     }
