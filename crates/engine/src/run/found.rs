@@ -1,5 +1,6 @@
 //! What is found of a trained model beside its evidence, as numbers that are written and drawn.
 
+use rijke_numerics::words::quantity;
 use serde::{Deserialize, Serialize};
 
 /// What the data still ask for after a model.
@@ -14,6 +15,10 @@ pub struct Missing {
     pub families: Vec<Family>,
     /// Of each kind of effect at each place the term of the largest gain, the most gain first.
     pub best: Vec<Asked>,
+    /// Gains and delays of laws that these data put far from one and from nothing, although earlier stages
+    /// found what makes them.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub laws: Vec<Asked>,
 }
 
 /// Terms that these data cannot tell apart.
@@ -63,6 +68,23 @@ pub struct Asked {
 impl Missing {
     /// Probability by chance above which a term is not told.
     pub const CHANCE: f64 = 0.05;
+
+    /// What the data say of laws that earlier stages found otherwise, a sentence each without its stop; nothing
+    /// of what is told as missing.
+    pub fn disagreeing(&self) -> impl Iterator<Item = String> {
+        let told: Vec<String> = self.required().take(2).map(|f| f.first.words()).collect();
+        let others = self.laws.iter().filter(move |law| !told.contains(&law.words()));
+        others.map(|law| {
+            let [value, sd] = law.strength;
+            format!(
+                "these modes alone put {} at {}, {:.0} standard deviations from none: what an earlier stage found of this law does not agree with them; check the \
+                 normalisation, the unit and the conditions of what trained it (`factor`) before a further term is looked for",
+                law.words(),
+                quantity(value, sd, &law.unit),
+                (value / sd).abs()
+            )
+        })
+    }
 
     /// The families that the data require beyond those before them, the most gain first.
     pub fn required(&self) -> impl Iterator<Item = &Family> {

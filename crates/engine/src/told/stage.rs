@@ -74,6 +74,7 @@ pub fn tell_stage(stage: &StageRecord, tell: &dyn Tell) {
     }
     if let Some(missing) = &stage.missing {
         say(still_asked(missing));
+        say(missing.disagreeing().collect());
         say(moved_or_unexplained(stage));
     }
 }
@@ -95,6 +96,7 @@ pub fn doubts_of_stage(stage: &StageRecord) -> Vec<String> {
     if let Some(missing) = stage.missing.as_ref().filter(|m| m.required().next().is_some()) {
         all.extend(still_asked(missing));
     }
+    all.extend(stage.missing.iter().flat_map(Missing::disagreeing));
     all.extend(moved_or_unexplained(stage));
     all
 }

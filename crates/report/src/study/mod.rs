@@ -18,7 +18,7 @@ mod tables;
 
 use rijke_draw::html;
 use rijke_engine::run::{
-    Answer, Frame, Judgement, ModelRecord, Sliders, StageRecord, gains_along, left_out_table,
+    Answer, Frame, Judgement, Missing, ModelRecord, Sliders, StageRecord, gains_along, left_out_table,
     models, residuals_over_factors,
 };
 use rijke_numerics::words::capitalised;
@@ -298,6 +298,9 @@ fn section(head: &StudyHead, stage: &StageRecord) -> String {
     if let Some(model) = chosen(stage) {
         text += &tables::parameters(model);
         text += &tables::laws(model);
+    }
+    for said in stage.missing.iter().flat_map(Missing::disagreeing) {
+        text += &format!("<p class=\"warn\">{}.</p>\n", html(&capitalised(&said)));
     }
     text += &tables::residuals(head, stage);
     text

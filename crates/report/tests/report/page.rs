@@ -117,7 +117,7 @@ fn missing() -> Missing {
         between: Some([0.25, 0.35]),
     };
     let other = Asked { x: Some(0.5), gain: -0.5, ..first.clone() };
-    Missing { tried: 700, by_chance: 3.4, families: vec![family], best: vec![first, other] }
+    Missing { tried: 700, by_chance: 3.4, families: vec![family], best: vec![first, other], laws: Vec::new() }
 }
 
 /// A factor that its campaign has in mm.

@@ -21,6 +21,8 @@ pub(super) struct Term {
     pub(super) place: String,
     /// Whether something is there in the rig: no place of the grid.
     pub(super) named: bool,
+    /// Whether it is the gain or the delay of a law of the model.
+    pub(super) of_a_law: bool,
     /// What acts, both phases of it and whatever it is in proportion to: one effect at one place.
     pub(super) acts: String,
     /// Mean over the observations of where that is, m; none for what acts along the rig.
@@ -136,6 +138,7 @@ impl Library {
                     effect: (*name).to_owned(),
                     place: spot.name.clone(),
                     named: spot.named,
+                    of_a_law: false,
                     acts: coefficient.to_string(),
                     x,
                     times: String::new(),
@@ -154,6 +157,7 @@ impl Library {
             effect: effect.to_owned(),
             place: place.to_owned(),
             named: true,
+            of_a_law: false,
             acts: if place == "all ducts" { "walls" } else { effect.rsplit(" of ").next().unwrap_or(effect) }
                 .to_owned(),
             x: None,
@@ -200,9 +204,11 @@ impl Library {
             }
             let slope = |k: usize| probed[k].laws.iter().find(|l| l.0 == [candidate, number]).map(|l| &l.1);
             let of = |what: &str| format!("{what} of {} of {}", effect.coefficient.name(), owner.id);
-            add(&term(&of("gain"), &effect.place_text, "1"), &|k| slope(k).cloned());
+            let of_law =
+                |what: &str, unit| Term { of_a_law: true, ..term(&of(what), &effect.place_text, unit) };
+            add(&of_law("gain", "1"), &|k| slope(k).cloned());
             if !effect.place.is_along() {
-                add(&term(&of("delay"), &effect.place_text, "s"), &|k| Some(times(slope(k)?, -probed[k].s)));
+                add(&of_law("delay", "s"), &|k| Some(times(slope(k)?, -probed[k].s)));
             }
         }
         library.add_channels(assembly, used, rows);
@@ -230,6 +236,7 @@ impl Library {
                 effect: effect.to_owned(),
                 place: format!("microphone {}", microphones.names[m]),
                 named: true,
+                of_a_law: false,
                 acts: "channel".to_owned(),
                 x: None,
                 times: String::new(),
