@@ -5,7 +5,7 @@ use super::layout::Placed;
 use super::schema::{Coefficient, Element, Gas};
 use super::warning::Warning;
 use crate::plane::region::Region;
-use rijke_numerics::words::rounded;
+use rijke_numerics::words::{rounded, to_digits};
 use std::f64::consts::{PI, TAU};
 
 /// A duct of fewer wavelengths at the highest frequency of the search is no slip, nor is a delay of fewer
@@ -24,8 +24,10 @@ const LATEST: f64 = 1.0;
 const COLDEST: f64 = 100.0;
 /// Gas constants above this, J/(kg K), are those of helium and hydrogen, which stay gases where it is colder.
 const LIGHT: f64 = 1000.0;
-/// Gas of less pressure than this, Pa, is most often given in kPa.
+/// Gas of less pressure than this, Pa, is most often given in kPa; and below that in bar, for no rig runs at a
+/// third of the pressure of the atmosphere.
 const THIN: f64 = 1000.0;
+const MOST_BAR: f64 = 30.0;
 /// Prandtl numbers of gases, and their viscosities at room temperature, Pa s and K.
 const PRANDTL: [f64; 2] = [0.1, 1.5];
 const VISCOSITY: [f64; 2] = [5e-6, 5e-5];
@@ -61,7 +63,9 @@ impl Sizes {
         let mut all: Vec<Warning> = self.cold(head, gas.temperature).into_iter().collect();
         all.extend((gas.pressure < THIN).then(|| {
             let why = "less than a hundredth of that of the atmosphere".to_owned();
-            let remedy = format!("if these are kPa, write {}", 1e3 * gas.pressure);
+            let bar = gas.pressure < MOST_BAR;
+            let (unit, pascal) = if bar { ("bar", 1e5) } else { ("kPa", 1e3) };
+            let remedy = format!("if these are {unit}, write {}", to_digits(pascal * gas.pressure, 6));
             size(head, "pressure", gas.pressure, "Pa", why, remedy)
         }));
         // Of liquids, which gas constants do not describe, nothing is said.
@@ -174,7 +178,7 @@ impl Sizes {
         let limit = FAST * self.wavelength * self.highest;
         let value = value.filter(|v| *v > limit)?;
         let why = format!("faster than the {limit:.0} m/s up to which its formula holds");
-        let remedy = format!("if these are mm/s, write {}", 1e-3 * value);
+        let remedy = format!("if these are mm/s, write {}", to_digits(1e-3 * value, 6));
         Some(size(item, "bias_velocity", value, "m/s", why, remedy))
     }
 
@@ -182,7 +186,7 @@ impl Sizes {
     pub(super) fn late(&self, item: &Item, value: f64) -> Option<Warning> {
         let periods = value * self.highest;
         let why = || format!("{periods:.0} periods of the highest frequency of the search");
-        let remedy = || format!("if these are ms, write {}", 1e-3 * value);
+        let remedy = || format!("if these are ms, write {}", to_digits(1e-3 * value, 6));
         let late = value > LATEST && periods > MOST_WAVELENGTHS;
         late.then(|| size(item, "delay", value, "s", why(), remedy()))
     }
@@ -219,14 +223,14 @@ impl Sizes {
     }
 
     fn cold(&self, item: &Item, value: f64) -> Option<Warning> {
-        let remedy = || format!("if these are degrees Celsius, write {}", value + 273.15);
+        let remedy = || format!("if these are degrees Celsius, write {}", to_digits(value + 273.15, 6));
         let why = || "colder than any gas of a rig".to_owned();
         (self.freezes && value < COLDEST).then(|| size(item, "temperature", value, "K", why(), remedy()))
     }
 }
 
 fn millimetres(item: &Item, key: &'static str, value: f64, why: String) -> Warning {
-    size(item, key, value, "m", why, format!("if these are mm, write {}", 1e-3 * value))
+    size(item, key, value, "m", why, format!("if these are mm, write {}", to_digits(1e-3 * value, 6)))
 }
 
 pub(super) fn size(
