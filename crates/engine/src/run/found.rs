@@ -69,15 +69,15 @@ impl Missing {
     /// Probability by chance above which a term is not told.
     pub const CHANCE: f64 = 0.05;
 
-    /// What the data say of laws that earlier stages found otherwise, a sentence each without its stop; nothing
-    /// of what is told as missing.
+    /// What the data say of laws that earlier stages found otherwise, a sentence each without its stop;
+    /// nothing of what is told as missing.
     pub fn disagreeing(&self) -> impl Iterator<Item = String> {
         let told: Vec<String> = self.required().take(2).map(|f| f.first.words()).collect();
         let others = self.laws.iter().filter(move |law| !told.contains(&law.words()));
         others.map(|law| {
             let [value, sd] = law.strength;
             format!(
-                "these modes alone put {} at {}, {:.0} standard deviations from none: what an earlier stage found of this law does not agree with them; check the \
+                "these modes alone ask for {} = {}, {:.0} standard deviations from none: what an earlier stage found of this law does not agree with them; check the \
                  normalisation, the unit and the conditions of what trained it (`factor`) before a further term is looked for",
                 law.words(),
                 quantity(value, sd, &law.unit),
@@ -206,8 +206,8 @@ pub struct SumCheck {
     /// Probability that data of the model itself have a larger one; none where the data chose more than half
     /// of the noise, which makes the sum what it is.
     pub probability: Option<f64>,
-    /// The role of a law whose misfit, found by an earlier stage, is a part of the noise; none where all of it
-    /// is stated or was chosen here.
+    /// The role of a law whose misfit, found by an earlier stage, is a part of the noise; none where all of
+    /// it is stated or was chosen here.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub law: Option<String>,
 }

@@ -24,8 +24,8 @@ const LATEST: f64 = 1.0;
 const COLDEST: f64 = 100.0;
 /// Gas constants above this, J/(kg K), are those of helium and hydrogen, which stay gases where it is colder.
 const LIGHT: f64 = 1000.0;
-/// Gas of less pressure than this, Pa, is most often given in kPa; and below that in bar, for no rig runs at a
-/// third of the pressure of the atmosphere.
+/// Gas of less pressure than this, Pa, is most often given in kPa; and below the second in bar, for no rig
+/// runs at a third of the pressure of the atmosphere.
 const THIN: f64 = 1000.0;
 const MOST_BAR: f64 = 30.0;
 /// Prandtl numbers of gases, and their viscosities at room temperature, Pa s and K.

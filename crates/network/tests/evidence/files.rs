@@ -337,7 +337,7 @@ fn message_keys_without_effect_and_impossible_devices() {
         (
             "",
             "",
-            "type = \"flame\"\ngain = 0.3\ntable = [[0.05, 1, -0.6], [0.3, 1, -3.6], [0.6, 1, -7.2]]\ntolerance = 0.01",
+            "type = \"flame\"\ngain = 0.3\ntable = [[0.05, 1, -0.6], [0.15, 1, -1.8], [0.25, 1, -3], [0.35, 1, -4.2], [0.6, 1, -7.2]]\ntolerance = 0.01",
             "if its frequencies are in kHz, multiply them by 1000",
         ),
         (

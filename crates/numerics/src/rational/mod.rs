@@ -2,7 +2,8 @@
 //! measured.
 //!
 //! `rows` holds a table; `aaa` finds poles; `relocate` finds residues and poles by linear least squares,
-//! `polish` the minimum; `table` fits with both (`table_error`: why not); `likely` finds the other fits that noise allows.
+//! `polish` the minimum; `table` fits with both, or `table_error` says why not; `likely` finds the other fits
+//! that noise allows.
 
 mod aaa;
 mod likely;

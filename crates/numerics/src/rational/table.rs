@@ -98,19 +98,21 @@ impl Table {
         }
         let omega: Vec<f64> = rows.iter().map(|e| 2.0 * PI * e.frequency).collect();
         let delay = -phase_slope(rows).min(0.0);
+        // Of degrees no other fault says anything.
+        let in_degrees = |error: TableError| match doubt(rows) {
+            Some(Doubt::Degrees { step }) => TableError::Degrees { step },
+            _ => error,
+        };
         let plain = Self::with_delay(rows, &omega, 0.0, tolerance);
         if delay == 0.0 {
-            return plain;
+            return plain.map_err(in_degrees);
         }
         match (plain, Self::with_delay(rows, &omega, delay, tolerance)) {
             (Ok(plain), Ok(delayed)) => {
                 Ok(if plain.terms.len() <= delayed.terms.len() { plain } else { delayed })
             }
             (Ok(fit), _) | (_, Ok(fit)) => Ok(fit),
-            (_, Err(error)) => Err(match doubt(rows) {
-                Some(Doubt::Degrees { step }) => TableError::Degrees { step },
-                _ => error,
-            }),
+            (_, Err(error)) => Err(in_degrees(error)),
         }
     }
 

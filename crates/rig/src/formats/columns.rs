@@ -117,8 +117,8 @@ impl Columns {
         })
     }
 
-    /// A column of complex numbers, as programs write them: `(1.5e-3-2j)`, `1.5+2i`, or a plain number, with a
-    /// decimal point or comma.
+    /// A column of complex numbers, as programs write them: `(1.5e-3-2j)`, `1.5+2i`, or a plain number, with
+    /// a decimal point or comma.
     ///
     /// # Errors
     /// Those of [`Columns::numbers`], but for units, which are not looked at.
