@@ -75,7 +75,7 @@ pub enum NetworkError {
         most: usize,
     },
     /// A flow is too fast for the closures used.
-    #[error("duct {index}: the Mach number is {mach}, but must be below 0.3")]
+    #[error("duct {index}: the Mach number is {mach:.3}, but must be below 0.3")]
     TooFast {
         /// Number of the duct, from 0.
         index: usize,
@@ -185,7 +185,7 @@ pub enum NetworkError {
     },
     /// A coefficient is not a finite number.
     #[error(
-        "the network is not finite at s = {s}: a law has a pole or is undefined there, as an `unflanged` end beyond |k a| = 2, a `flanged` one beyond 8, and an \
+        "the network is not finite at s = {s:.2}: a law has a pole or is undefined there, as an `unflanged` end beyond |k a| = 2, a `flanged` one beyond 8, and an \
          impedance of -1"
     )]
     NotFinite {

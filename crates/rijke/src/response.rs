@@ -17,10 +17,8 @@ use std::path::PathBuf;
 /// stands or where ducts meet, or `upstream` or `downstream`. A `feedback` element without coefficients marks
 /// a place for a microphone.
 #[derive(clap::Args)]
-#[command(
-    after_help = "Examples:\n  rijke response fixtures/networks/rig-tube.toml --max-hz 700 --plot response.svg\n  \
-                  rijke response fixtures/networks/rig-tube.toml --scattering upstream downstream --csv"
-)]
+#[command(after_help = "Examples:\n  rijke response tube.toml --max-hz 700 --plot response.svg\n  \
+                  rijke response tube.toml --scattering upstream downstream --csv")]
 pub(crate) struct Args {
     /// Network file (TOML).
     #[arg(value_name = "FILE")]

@@ -1,8 +1,10 @@
 //! The text of a file, and where in it something stands.
 
 use crate::{StudyError, StudyProblem};
+use rijke_numerics::without_empty_ends;
 use rijke_numerics::words::{line_of, of_toml};
 use serde::de::DeserializeOwned;
+use std::borrow::Cow;
 use std::ops::Range;
 use std::path::Path;
 
@@ -35,7 +37,7 @@ impl Source {
     }
 
     /// A table. Spreadsheets write tabs, or in countries with a decimal comma semicolons, between cells:
-    /// these become commas, and that a point.
+    /// these become commas, and that a point. Empty columns at the end and empty rows are left out.
     pub(crate) fn read_table(path: &Path) -> Result<Self, StudyError> {
         let mut source = Self::read(path)?;
         let header = source.text.lines().nth(source.header_line() - 1).unwrap_or_default();
@@ -43,7 +45,11 @@ impl Source {
         if let Some(between) = between.filter(|_| !header.contains(',')) {
             source.text = with_commas(&source.text, between);
         }
-        Ok(source)
+        match without_empty_ends(&source.text, ',', true, |row| row.starts_with('#')) {
+            Ok(Cow::Borrowed(_)) => Ok(source),
+            Ok(Cow::Owned(text)) => Ok(Self { text, ..source }),
+            Err(behind) => Err(source.at_line(behind.line, StudyProblem::Csv(behind.to_string()))),
+        }
     }
 
     pub(crate) fn toml<T: DeserializeOwned>(&self) -> Result<T, StudyError> {

@@ -84,12 +84,12 @@ fn observed(study: &Study, tell: &dyn Tell) -> Result<Option<Responses>, Failed>
 
 fn told(stage: &ResponseForesight, tell: &dyn Tell) {
     tell.say(format!(
-        "{} ({}, {} of the {} complex numbers in their files; noise {:.1e})",
+        "{} ({}, {} of the {} complex numbers in their files; noise {})",
         stage.title,
         counted(stage.responses, "response"),
         stage.numbers,
         stage.of,
-        stage.noise
+        if stage.noise > 0.0 { format!("{:.1e}", stage.noise) } else { "0".to_owned() }
     ));
     if let [first, rest @ ..] = &stage.errors[..] {
         let more = if rest.len() < MOST { rest.join(", ") } else { format!("{} more", rest.len()) };

@@ -55,7 +55,14 @@ pub fn infer_networks(
         Ok((file.clone(), table, study, observations))
     };
     let studies = files.iter().map(read).collect::<Result<Vec<_>, Failed>>()?;
-    studies.iter().for_each(|(_, _, study, _)| tell.warn(&doubts_of(study)));
+    for (file, _, study, _) in &studies {
+        // What is doubtful about a rig is said of the file that describes it.
+        let of_the_file = |said: String| match said.strip_prefix("rig.toml: ") {
+            Some(said) => format!("{}: {said}", file.display()),
+            None => said,
+        };
+        tell.warn(&doubts_of(study).into_iter().map(of_the_file).collect::<Vec<_>>());
+    }
     if let Some((_, _, study, observations)) = studies.first() {
         warn_of_copies(study, observations, tell);
         let names = study.campaign.factors.iter().map(|f| f.name.as_str());

@@ -138,7 +138,7 @@ impl ResponseRun {
                 let size = |all: &mut dyn Iterator<Item = C64>| all.map(|z| z.norm_sqr()).sum::<f64>();
                 // Of unknown sources the strength is that of the pressures.
                 let level = size(&mut m.values.iter().copied()) / size(&mut here.iter().map(Jet::value));
-                let level = if m.unknown_sources { level } else { 1.0 };
+                let level = if m.sources > 0 { level } else { 1.0 };
                 for (i, ((u, d), h)) in up.iter().zip(down).zip(here).enumerate() {
                     let weight = level / (2.0 * rest.covariance_of(m, i / count, i / count));
                     let (u, d, h) = (u.value(), d.value(), h.value());

@@ -46,7 +46,7 @@ impl Blocks<'_> {
             .collect();
         let mut blocks = Vec::new();
         for range in sessions(self.measured) {
-            if self.measured[range.start].unknown_sources {
+            if self.measured[range.start].sources > 0 {
                 blocks.extend(self.heard.pressures(self.measured, range));
                 continue;
             }

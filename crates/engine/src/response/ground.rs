@@ -62,6 +62,9 @@ pub struct GroundModel {
     /// What was said of it where its residuals are no noise, a sentence each.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub doubts: Vec<String>,
+    /// The share of its data that it leaves, 0..1, where it does not describe them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub undescribed: Option<f64>,
 }
 
 /// A further maximum of the posterior of such a model.
@@ -85,6 +88,8 @@ pub(super) struct Learned {
     pub(super) beside: Vec<GroundMaximum>,
     /// The misfit of its law.
     pub(super) law: Option<LawError>,
+    /// The share of its data that it leaves, where it does not describe them.
+    pub(super) undescribed: Option<f64>,
     /// The share of the variance of every number that the fit left to its residual, load after load; empty
     /// where no noise is asked for.
     pub(super) left: Vec<f64>,
@@ -112,7 +117,7 @@ impl Ground {
     /// Of a stage and what was learned of each of its models, in its order; `assumes` are what it stands on.
     pub(super) fn of(stage: &ResponseStageRecord, found: Vec<Option<Learned>>, assumes: Vec<String>) -> Self {
         let model = |(m, found): (&ResponseModelRecord, Option<Learned>)| {
-            let Learned { known, share, beside, law, .. } = found?;
+            let Learned { known, share, beside, law, undescribed, .. } = found?;
             let n = known.names.len();
             Some(GroundModel {
                 id: m.id.clone(),
@@ -124,6 +129,7 @@ impl Ground {
                 names: known.names,
                 mean: known.mean,
                 law,
+                undescribed,
                 doubts: reasons(&m.remark).filter(|_| m.too_sure).map(str::to_owned).collect(),
             })
         };
@@ -170,6 +176,21 @@ impl Ground {
         (share > 1e-3).then(|| {
             format!("the predictions are those of the most probable maximum of the posterior; other maxima have a probability of {share:.3}")
         })
+    }
+
+    /// That the model which agrees with `choice` does not describe the data of this stage, in a sentence
+    /// without its stop; `goes_on` if its misfit is an error of a law later.
+    pub(crate) fn undescribed(&self, choice: &BTreeMap<String, String>) -> Option<String> {
+        let model = self.with(choice, "").ok()?;
+        let share = 100.0 * model.undescribed?;
+        let law = model.law.as_ref().filter(|law| choice.contains_key(&law.role));
+        let goes_on = law.map_or(String::new(), |law| {
+            format!("; this misfit is taken for an error of the law of `{}` here, so that these modes say little of it", law.role)
+        });
+        Some(format!(
+            "this stage stands on \"{}\", whose data {} does not describe: it leaves {share:.0} % of them{goes_on}. Mend that first",
+            self.title, model.id
+        ))
     }
 
     /// What is taken for certain though its evidence does not decide it, if `chosen` goes on.

@@ -57,14 +57,14 @@ impl HeardResponses {
         answers: Vec<Vec<C64>>,
     ) -> Result<Self, EngineError> {
         let none = || measured.iter().map(|m| vec![C64::ZERO; m.values.len()]).collect();
-        let of_sources = sessions(measured).into_iter().filter(|range| measured[range.start].unknown_sources);
+        let of_sources = sessions(measured).into_iter().filter(|range| measured[range.start].sources > 0);
         let of_sources = of_sources.map(|range| Ok((range.start, fields(measured, range, &answers)?)));
         Ok(Self {
             fields: of_sources.collect::<Result<_, EngineError>>()?,
             about: measured
                 .iter()
                 .zip(answers)
-                .map(|(m, answer)| if m.unknown_sources { answer } else { m.values.clone() })
+                .map(|(m, answer)| if m.sources > 0 { answer } else { m.values.clone() })
                 .collect(),
             terms: errors.iter().map(|term| (term.power, none())).collect(),
             tilt: none(),
@@ -82,7 +82,7 @@ impl HeardResponses {
         if errors.is_empty() {
             return Ok(heard);
         }
-        for loads in sessions(measured).into_iter().filter(|range| !measured[range.start].unknown_sources) {
+        for loads in sessions(measured).into_iter().filter(|range| measured[range.start].sources == 0) {
             let (about, loads_of) = (&heard.about[loads.clone()], &measured[loads.clone()]);
             let (found, slopes) = most_probable(loads_of, about, errors, rest)?;
             let mut slopes = slopes.into_iter();

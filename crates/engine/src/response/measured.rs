@@ -11,8 +11,8 @@ pub(super) struct Measured {
     /// Loads of one session share the errors of the head; those of one excitation, which is a session of its
     /// own, the sources.
     pub(super) session: usize,
-    /// Whether it is a pressure of sources of unknown strength.
-    pub(super) unknown_sources: bool,
+    /// From how many sources of unknown strength its pressures are; 0 of all other responses.
+    pub(super) sources: usize,
     pub(super) frequency_hz: Vec<f64>,
     pub(super) values: Vec<C64>,
     /// Empty if no standard deviations were measured.

@@ -87,7 +87,7 @@ fn may_ask(stage: &ResponseStage, measured: &[Measured]) -> bool {
     matches!(stage.noise, SdSpec::Floated)
         && stage.misfit.is_none()
         && stage.noise_in_proportion != Some(false)
-        && measured.iter().all(|m| m.sd.is_empty() && !m.unknown_sources)
+        && measured.iter().all(|m| m.sd.is_empty() && m.sources == 0)
 }
 
 /// The noise that the data ask for, if it has a part in proportion, and the model that would have most

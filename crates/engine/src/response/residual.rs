@@ -1,7 +1,7 @@
 //! What a model leaves of the data, once the head's errors are taken at their most probable values.
 
 use super::head::Rest;
-use super::measured::Measured;
+use super::measured::{Measured, sessions};
 use super::select::Selected;
 use super::stray::stray;
 use crate::run::TrainedParameter;
@@ -48,7 +48,7 @@ pub(super) struct Left {
     /// The size over that which the measured standard deviations have alone; none if some were not measured.
     pub(super) beyond_stated: Option<f64>,
     /// By which power of the modulus of the numbers the residuals grow, and its standard deviation; none
-    /// where standard deviations were measured, or rows are scaled.
+    /// where standard deviations were measured, rows are scaled, or the noise has a part in proportion to it.
     pub(super) growth: Option<[f64; 2]>,
 }
 
@@ -58,7 +58,7 @@ const GROWS: f64 = 0.3;
 /// By which power of the modulus of the numbers residuals grow, and its standard deviation: the slope of half
 /// of ln |residual|^2, which scatters by pi/sqrt(24) for normal noise, over ln |number|.
 fn growth(measured: &[Measured], distances: &[Vec<f64>]) -> Option<[f64; 2]> {
-    if measured.iter().any(|m| !m.sd.is_empty() || m.unknown_sources) {
+    if measured.iter().any(|m| !m.sd.is_empty() || !m.factor.is_empty() || m.sources > 0) {
         return None;
     }
     let numbers = measured.iter().flat_map(|m| m.values.iter().map(|z| z.norm()));
@@ -73,9 +73,10 @@ fn growth(measured: &[Measured], distances: &[Vec<f64>]) -> Option<[f64; 2]> {
 
 /// What is left of `measured` by what the head hears; `rest` is the covariance of what is not the head's.
 pub(super) fn left(measured: &[Measured], heard: Vec<Vec<C64>>, rest: Rest<'_>) -> Left {
+    let turns = turns(measured, &heard);
     let (mut plain, mut square, mut data, mut pairs, mut shared) = (0.0, 0.0, 0.0, 0.0, 0.0);
     let (mut stated, mut distances) = (0.0, Vec::with_capacity(measured.len()));
-    for (m, heard) in measured.iter().zip(&heard) {
+    for ((m, heard), turns) in measured.iter().zip(&heard).zip(&turns) {
         // Of a complex number: both parts have this variance.
         let sds: Vec<f64> = (0..m.values.len())
             .map(|i| (2.0 * rest.covariance_of(m, i, i)).max(f64::MIN_POSITIVE).sqrt())
@@ -86,12 +87,14 @@ pub(super) fn left(measured: &[Measured], heard: Vec<Vec<C64>>, rest: Rest<'_>) 
         plain += residuals.iter().map(|z| z.norm_sqr()).sum::<f64>();
         square += standard.iter().map(|z| z.norm_sqr()).sum::<f64>();
         data += m.values.iter().zip(&sds).map(|(z, sd)| (z / sd).norm_sqr()).sum::<f64>();
-        pairs += standard.windows(2).map(|w| (w[1] * w[0].conj()).re).sum::<f64>();
+        pairs += standard.windows(2).zip(turns).map(|(w, turn)| (w[1] * w[0].conj() * turn).re).sum::<f64>();
         let common = |i: usize| 2.0 * rest.covariance_of(m, i - 1, i) / (sds[i - 1] * sds[i]);
         shared += (1..sds.len()).map(common).sum::<f64>();
         distances.push(standard.iter().map(|z| z.norm()).collect());
     }
     let count = measured.iter().map(|m| m.values.len()).sum::<usize>().max(1) as f64;
+    // What the sources may be takes a direction each out of the residuals.
+    let free = (count - sources(measured)).max(1.0);
     let neighbours = pairs / square.max(f64::MIN_POSITIVE);
     Left {
         heard,
@@ -100,11 +103,40 @@ pub(super) fn left(measured: &[Measured], heard: Vec<Vec<C64>>, rest: Rest<'_>) 
         size: (plain / count).sqrt(),
         share: (square / data.max(f64::MIN_POSITIVE)).sqrt(),
         neighbours,
-        neighbours_sds: (neighbours - shared / count) * (2.0 * count).sqrt(),
-        ratio: (square / count).sqrt(),
-        ratio_sd: 1.0 / (4.0 * count).sqrt(),
-        beyond_stated: measured.iter().all(|m| m.sd.len() == m.values.len()).then(|| (stated / count).sqrt()),
+        neighbours_sds: (neighbours - shared / count) * (2.0 * free).sqrt(),
+        ratio: (square / free).sqrt(),
+        ratio_sd: 1.0 / (4.0 * free).sqrt(),
+        beyond_stated: measured.iter().all(|m| m.sd.len() == m.values.len()).then(|| (stated / free).sqrt()),
     }
+}
+
+/// By which factor of modulus one a residual at each frequency but the first is referred to the phase of the
+/// one before. Sources of unknown strength have a phase at every frequency that says nothing: there it is the
+/// phase that brings what is heard at both frequencies nearest to each other. Elsewhere it is 1.
+fn turns(measured: &[Measured], heard: &[Vec<C64>]) -> Vec<Vec<C64>> {
+    let of_session = |loads: std::ops::Range<usize>| {
+        let first = &measured[loads.start];
+        let turn = |k: usize| {
+            // Other loads of a session need not have one set of frequencies.
+            if first.sources == 0 {
+                return C64::ONE;
+            }
+            let along: C64 = loads.clone().map(|load| heard[load][k - 1] * heard[load][k].conj()).sum();
+            if along.norm() > 0.0 { along / along.norm() } else { C64::ONE }
+        };
+        let own = |load: usize| (1..measured[load].values.len()).map(turn).collect::<Vec<_>>();
+        loads.clone().map(own).collect::<Vec<_>>()
+    };
+    sessions(measured).into_iter().flat_map(of_session).collect()
+}
+
+/// Complex numbers that unknown sources take: one for each at every frequency of an excitation.
+fn sources(measured: &[Measured]) -> f64 {
+    let of_session = |loads: std::ops::Range<usize>| {
+        let first = &measured[loads.start];
+        first.sources * first.values.len()
+    };
+    sessions(measured).into_iter().map(of_session).sum::<usize>() as f64
 }
 
 impl Left {
@@ -123,6 +155,20 @@ impl Left {
     /// Whether a ratio of residuals to what is expected is above `limit`, and by no accident.
     fn is_larger(&self, ratio: f64, limit: f64) -> bool {
         ratio > limit && ratio > 1.0 + NOT_NOISE * self.ratio_sd
+    }
+
+    /// The share of the data that the model leaves, if it does not describe them.
+    pub(super) fn undescribed(&self, stage: &ResponseStage) -> Option<f64> {
+        let poor = self.neighbours_sds > NOT_NOISE && self.share > POOR;
+        (poor || self.is_covered(stage)).then_some(self.share)
+    }
+
+    /// Whether the inferred noise covers residuals that are a large part of data which do not state errors as
+    /// large.
+    fn is_covered(&self, stage: &ResponseStage) -> bool {
+        let floats = !matches!(stage.noise, SdSpec::Fixed(_));
+        let stated = self.beyond_stated.is_some_and(|b| b < BEYOND);
+        floats && self.share > UNDESCRIBED && self.neighbours_sds <= NOT_NOISE && !stated
     }
 
     /// What the residuals say of the model, a sentence each; `mistaken` says what the data may be instead,
@@ -156,8 +202,7 @@ impl Left {
         if self.share > POOR {
             remarks.extend(mistaken());
         }
-        let stated = self.beyond_stated.is_some_and(|b| b < BEYOND);
-        if floats && self.share > UNDESCRIBED && self.neighbours_sds <= NOT_NOISE && !stated {
+        if self.is_covered(stage) {
             remarks.push(format!(
                 "the residuals of this model are {:.0} % of the data, and the inferred noise covers them: unless the data are as noisy as that, \
                  the model is wrong",
@@ -196,7 +241,7 @@ fn not_noise(stage: &ResponseStage, measured: &[Measured], left: &Left) -> Strin
     let remedy = match &stage.misfit {
         _ if left.share > POOR => "this model does not describe these data",
         // Pressures of unknown sources are trained without a misfit.
-        None if measured.iter().any(|m| m.unknown_sources) => {
+        None if measured.iter().any(|m| m.sources > 0) => {
             "the model of the rig or of the instrument misses a small effect, such as an error of a temperature (T_amb_sd), a length or a \
              place that counts as exact. More frequencies make the result more certain, but not more right: state these errors, or give the \
              microphones larger ones ([microphones] of rig.toml). Fewer frequencies (`step_hz`) hide the effect and leave its bias in the \
@@ -246,15 +291,7 @@ mod tests {
     fn load(values: Vec<C64>, sd: Vec<f64>) -> Measured {
         let frequency_hz = (0..values.len()).map(|k| k as f64).collect();
         let factor = Vec::new();
-        Measured {
-            label: String::new(),
-            session: 0,
-            unknown_sources: false,
-            frequency_hz,
-            values,
-            sd,
-            factor,
-        }
+        Measured { label: String::new(), session: 0, sources: 0, frequency_hz, values, sd, factor }
     }
 
     /// Two hundred numbers of which the second half was measured a hundred times as badly; beside the noise
@@ -308,5 +345,55 @@ mod tests {
         let proportional = power(&|z| 0.03 * z).unwrap();
         assert!((proportional - 1.0).abs() < 0.5, "{proportional}");
         assert_eq!(power(&|_| 0.01), None);
+    }
+
+    /// Two microphones hear a source whose field one of them has 2 % off, with noise of 0.5 %; the model has
+    /// the field as it is. Whether the source has the phase 0 or one that jumps from frequency to frequency
+    /// says nothing of the model.
+    #[test]
+    fn behaviour_the_phase_of_an_unknown_source_hides_no_fault() {
+        let mut stream = Streams::new(11).stream("phases of sources");
+        let mut drawn = || -> f64 { StandardNormal.sample(&mut stream) };
+        let noise: Vec<[C64; 2]> =
+            (0..60).map(|_| [0, 1].map(|_| 5e-3 * C64::new(drawn(), drawn()))).collect();
+        let jumps: Vec<f64> = (0..60).map(|_| 3.0 * drawn()).collect();
+        let of = |phase: &dyn Fn(usize) -> f64, fault: f64| {
+            let source = |k: usize| C64::from_polar(1.0, phase(k));
+            let field = |k: usize, m: usize| C64::new(1.0 + 0.5 * m as f64, 0.01 * k as f64);
+            let heard = |m: usize| (0..60).map(|k| field(k, m) * source(k)).collect::<Vec<_>>();
+            let values = |m: usize| {
+                let off = |k: usize| source(k) * fault * (1.0 - 2.0 * m as f64) + noise[k][m];
+                heard(m).into_iter().enumerate().map(|(k, z)| z + off(k)).collect::<Vec<_>>()
+            };
+            let all = [0, 1].map(|m| Measured { sources: 1, ..load(values(m), vec![5e-3; 60]) });
+            left(&all, vec![heard(0), heard(1)], Rest { noise: &[], kernel: None })
+        };
+        let (still, jumping) = (of(&|_| 0.0, 0.02), of(&|k| jumps[k], 0.02));
+        assert!(still.neighbours_sds > 2.0 * NOT_NOISE, "{}", still.neighbours_sds);
+        assert!((jumping.neighbours / still.neighbours - 1.0).abs() < 0.1, "{}", jumping.neighbours);
+        // Noise alone does not correlate, whatever the phases are.
+        for left in [of(&|_| 0.0, 0.0), of(&|k| jumps[k], 0.0)] {
+            assert!(left.neighbours_sds.abs() < NOT_NOISE, "{}", left.neighbours_sds);
+        }
+    }
+
+    /// Noise in proportion to the modulus is taken for what it is where every number has its share of it.
+    #[test]
+    fn behaviour_no_growth_is_told_where_the_noise_has_a_part_in_proportion() {
+        let model: Vec<C64> = (1..=30).map(|k| C64::from(0.1 * f64::from(k))).collect();
+        let values: Vec<C64> =
+            model.iter().enumerate().map(|(k, z)| z * (1.0 + 0.2 * (k as f64).sin())).collect();
+        let factor = model.iter().map(|z| z.norm_sqr()).collect();
+        let all = [Measured { factor, ..load(values.clone(), Vec::new()) }];
+        let noise = [rijke_inference::NoiseEstimate {
+            name: super::super::NOISE.into(),
+            unit: "1".into(),
+            sd: 0.1,
+            floats: true,
+            few: None,
+        }];
+        let rest = Rest { noise: &noise, kernel: None };
+        assert_eq!(left(&all, vec![model.clone()], rest).growth, None);
+        assert!(left(&[load(values, Vec::new())], vec![model], rest).growth.is_some());
     }
 }

@@ -74,7 +74,10 @@ impl Selected {
             all.measured.push(Measured {
                 label: label(study, o),
                 session: number(o),
-                unknown_sources: matches!(o.what, ResponseKind::Pressure { .. }),
+                sources: match &o.what {
+                    ResponseKind::Pressure { sources, .. } => sources.len(),
+                    _ => 0,
+                },
                 frequency_hz: keep.iter().map(|&k| o.frequency_hz[k]).collect(),
                 values: keep.iter().map(|&k| o.values[k]).collect(),
                 sd: if o.sd.is_empty() { Vec::new() } else { keep.iter().map(|&k| o.sd[k]).collect() },
@@ -115,7 +118,7 @@ pub(super) fn check(study: &Study, observed: &Responses) -> Result<(), EngineErr
             return refuse(stage, problem.to_owned());
         }
         let data = Selected::new(study, observed, stage)?;
-        if stage.misfit.is_some() && data.measured.iter().any(|m| m.unknown_sources) {
+        if stage.misfit.is_some() && data.measured.iter().any(|m| m.sources > 0) {
             let problem = "pressures of unknown sources are trained without a misfit: leave it out; the page says how far the residuals correlate";
             return refuse(stage, problem.to_owned());
         }

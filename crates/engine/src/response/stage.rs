@@ -238,8 +238,10 @@ impl ResponseRun {
         };
         let law = law_error(&self.study, &row.choice, &responses.loads, measured, &fit.noise);
         let causes = responses.errors.causes.clone();
+        let undescribed = left.undescribed(stage);
         let left = left_by_the_fit(&training, &found)?;
-        Ok((record, Some(Learned { known, causes, share: found.share, beside: found.beside, law, left })))
+        let (share, beside) = (found.share, found.beside);
+        Ok((record, Some(Learned { known, causes, share, beside, law, undescribed, left })))
     }
 
     /// Names of what earlier stages tell.

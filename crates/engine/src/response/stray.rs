@@ -90,7 +90,7 @@ mod tests {
         Measured {
             label: label.to_owned(),
             session: 0,
-            unknown_sources: false,
+            sources: 0,
             frequency_hz: (0..10).map(|k| 100.0 + 10.0 * f64::from(k)).collect(),
             values: Vec::new(),
             sd: Vec::new(),

@@ -108,6 +108,8 @@ impl Run {
             ("angular frequencies", [1, 2]),
             ("relative pressures", [2, usize::MAX]),
         ];
+        let law = self.law_of(stage, &stage.noise, &chosen.choice())?;
+        let law = law.filter(|law| law.added.is_some()).map(|law| law.role);
         let sum = |(what, [from, to]): (&str, [usize; 2])| {
             let places: Vec<usize> = (0..rows.len()).filter(|&i| (from..to).contains(&rows[i].1)).collect();
             let chi_squared = linear.squares(linear.pulls(), &places);
@@ -117,6 +119,7 @@ impl Run {
                 what: what.to_owned(),
                 count: places.len(),
                 chi_squared,
+                law: law.clone(),
                 probability: (floats < 0.5).then(|| (1.0 + above() as f64) / (1.0 + DRAWS as f64)),
             })
         };

@@ -1,5 +1,6 @@
 //! What is found of a trained model beside its evidence, as numbers that are written and drawn.
 
+use rijke_numerics::words::quantity;
 use serde::{Deserialize, Serialize};
 
 /// What the data still ask for after a model.
@@ -14,6 +15,10 @@ pub struct Missing {
     pub families: Vec<Family>,
     /// Of each kind of effect at each place the term of the largest gain, the most gain first.
     pub best: Vec<Asked>,
+    /// Gains and delays of laws that these data put far from one and from nothing, although earlier stages
+    /// found what makes them.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub laws: Vec<Asked>,
 }
 
 /// Terms that these data cannot tell apart.
@@ -63,6 +68,23 @@ pub struct Asked {
 impl Missing {
     /// Probability by chance above which a term is not told.
     pub const CHANCE: f64 = 0.05;
+
+    /// What the data say of laws that earlier stages found otherwise, a sentence each without its stop;
+    /// nothing of what is told as missing.
+    pub fn disagreeing(&self) -> impl Iterator<Item = String> {
+        let told: Vec<String> = self.required().take(2).map(|f| f.first.words()).collect();
+        let others = self.laws.iter().filter(move |law| !told.contains(&law.words()));
+        others.map(|law| {
+            let [value, sd] = law.strength;
+            format!(
+                "these modes alone ask for {} = {}, {:.0} standard deviations from none: what an earlier stage found of this law does not agree with them; check the \
+                 normalisation, the unit and the conditions of what trained it (`factor`) before a further term is looked for",
+                law.words(),
+                quantity(value, sd, &law.unit),
+                (value / sd).abs()
+            )
+        })
+    }
 
     /// The families that the data require beyond those before them, the most gain first.
     pub fn required(&self) -> impl Iterator<Item = &Family> {
@@ -140,11 +162,16 @@ impl Checks {
                     p + 5e-4
                 ));
             }
-            (p > 1.0 - Self::NEVER && times > TOO_LARGE).then(|| {
-                format!(
+            (p > 1.0 - Self::NEVER && times > TOO_LARGE).then(|| match &s.law {
+                Some(role) => format!(
+                    "the noise of the {what} is about {times:.1} times too large: chi-squared is {chi_squared:.1} for {count} numbers. The misfit of the law \
+                     of `{role}`, which an earlier stage found, is a part of it: look there first; the standard deviations of parameters are too large, and \
+                     differences of evidence too small"
+                ),
+                None => format!(
                     "the stated noise of the {what} is about {times:.1} times too large: chi-squared is {chi_squared:.1} for {count} numbers; the \
                      standard deviations of parameters are therefore too large, and differences of evidence too small"
-                )
+                ),
             })
         };
         self.sums.iter().filter_map(one).collect()
@@ -179,6 +206,10 @@ pub struct SumCheck {
     /// Probability that data of the model itself have a larger one; none where the data chose more than half
     /// of the noise, which makes the sum what it is.
     pub probability: Option<f64>,
+    /// The role of a law whose misfit, found by an earlier stage, is a part of the noise; none where all of
+    /// it is stated or was chosen here.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub law: Option<String>,
 }
 
 /// A term in words.
@@ -258,10 +289,31 @@ impl ExactLengths {
 mod tests {
     use super::{Asked, Checks, Family, Missing, SumCheck};
 
+    /// Who stated 1 1/s, and was right, must not read that it is 162 times too large.
+    #[test]
+    fn message_noise_of_an_earlier_law_is_not_called_stated() {
+        let said = |law: Option<&str>| {
+            let (what, law) = ("growth rates".to_owned(), law.map(str::to_owned));
+            let sum = SumCheck { what, count: 6, chi_squared: 2.3e-4, probability: Some(0.999), law };
+            Checks { sums: vec![sum], ..Checks::default() }.doubts().join("")
+        };
+        assert!(
+            said(None).starts_with("the stated noise of the growth rates is about 161.5 times too large")
+        );
+        let of_a_law = said(Some("flame"));
+        assert!(!of_a_law.contains("stated") && of_a_law.contains("the law of `flame`"), "{of_a_law}");
+    }
+
     #[test]
     fn exact_terms_that_explain_a_small_part_are_said_to() {
         let checks = |chi_squared: f64| Checks {
-            sums: vec![SumCheck { what: "a".into(), count: 96, chi_squared, probability: Some(0.0) }],
+            sums: vec![SumCheck {
+                what: "a".into(),
+                count: 96,
+                chi_squared,
+                probability: Some(0.0),
+                law: None,
+            }],
             ..Checks::default()
         };
         let missing = |gain: f64| {

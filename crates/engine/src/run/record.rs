@@ -36,6 +36,10 @@ pub struct StageRecord {
     /// is many errors and much.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub missed: Option<String>,
+    /// Which stages of responses, on which this one stands, have a model that does not describe their data, a
+    /// sentence each without its stop.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub undescribed: Vec<String>,
     /// The models that the evidence of this stage leaves open, with what the stages that stand on it make of
     /// them; none where it decides.
     #[serde(default)]
@@ -192,11 +196,17 @@ impl StageRecord {
         self.carried.iter().map(|c| (c, c.ln_evidence.map(|ln| ln - best))).collect()
     }
 
-    /// What the data say against the model that goes on: by how much it misses them, and which of their
-    /// deviations are too large or too small, a sentence each without its stop.
+    /// What the data say against the model that goes on: what it stands on does not describe other data, by
+    /// how much it misses these, and which of their deviations are too large or too small, a sentence each
+    /// without its stop.
     #[must_use]
     pub fn doubts_of_data(&self) -> Vec<String> {
-        self.missed.iter().cloned().chain(self.checks.iter().flat_map(Checks::doubts)).collect()
+        self.undescribed
+            .iter()
+            .chain(&self.missed)
+            .cloned()
+            .chain(self.checks.iter().flat_map(Checks::doubts))
+            .collect()
     }
 
     /// How little of what residuals have beyond their noise the missing terms explain, in a sentence without

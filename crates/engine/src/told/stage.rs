@@ -69,6 +69,7 @@ fn lines(stage: &StageRecord) -> Vec<Line> {
     all.extend(stage.lengths.iter().map(|lengths| Line::Said(format!("      {}", lengths.words()))));
     if let Some(missing) = &stage.missing {
         all.extend(still_asked(missing));
+        all.extend(missing.disagreeing().map(against));
         // What a missing term may have moved, and how little such terms explain.
         all.extend(stage.moved_since.iter().cloned().chain(stage.unexplained()).map(against));
     }

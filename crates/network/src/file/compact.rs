@@ -4,7 +4,7 @@ use super::assembly::{Assembly, Attached, Flame, Listener, Role};
 use super::devices::Site;
 use super::error::FileError;
 use super::item::Item;
-use super::odd::growing;
+use super::odd::{growing, heated, large};
 use super::problem::ElementProblem;
 use super::schema;
 use super::schema::{Coefficient, Direction, Element, Feedback, Transfer};
@@ -153,12 +153,10 @@ impl Assembly<'_> {
             tolerance: *tolerance,
         };
         self.passive &= gain == 0.0;
-        if n.is_some_and(|n| n != 0.0) && mean.abs() < 1e-12 {
-            let why = "the heat that fluctuates is a part of the heat that warms the gas, and the gas is no warmer behind the flame";
-            let remedy = "give the ducts their temperatures, or write `gain`";
-            self.warnings.push(Warning::idle(item, "n", why, remedy));
-        }
+        let temperatures = [before, last].map(|i| self.gases[i].temperature);
+        self.warnings.extend(n.filter(|n| *n != 0.0).and_then(|_| heated(item, mean, temperatures)));
         if let Some(rows) = table {
+            self.warnings.extend(large(item, n.map(|n| n.abs()), rows));
             self.warnings.extend(Warning::of_table(item, rows, true));
         }
         if let Some(along) = along {

@@ -4,7 +4,7 @@ use super::item::Item;
 use super::layout::{Placed, SAME};
 use super::schema::{Element, Hole, Screen};
 use super::warning::Warning;
-use rijke_numerics::words::rounded;
+use rijke_numerics::words::{rounded, to_digits};
 
 /// Walls of a mouth thicker than so many of its radii are in another unit: beyond ten, thickness changes
 /// nothing any more.
@@ -61,6 +61,39 @@ pub(super) fn overlapping(devices: &[Placed]) -> Vec<Warning> {
         Some(Warning::range(&p.item, what, remedy))
     };
     holes().enumerate().filter_map(near).collect()
+}
+
+/// A flame of which `n` is a part of the mean heat, in proportion to `mean`, between gas of two temperatures
+/// (K), if that heat is none or is taken out.
+pub(super) fn heated(item: &Item, mean: f64, [before, behind]: [f64; 2]) -> Option<Warning> {
+    let none = mean.abs() < 1e-12;
+    if none {
+        let why = "the heat that fluctuates is a part of the heat that warms the gas, and the gas is no warmer behind the flame";
+        let remedy = "give the ducts their temperatures, or write `gain`";
+        return Some(Warning::idle(item, "n", why, remedy));
+    }
+    (mean < 0.0 && behind < before).then(|| {
+        let what = format!(
+            "the gas is colder behind the flame, {} K after {} K: the heat that fluctuates is `n` of a heat that is taken out, and acts with the opposite sign",
+            to_digits(behind, 6),
+            to_digits(before, 6)
+        );
+        Warning::range(item, what, "check whether two ducts, or their temperatures, were exchanged; the flow is from upstream to downstream")
+    })
+}
+
+/// Gain of a flame, over its mean, above which it is most often in per cent.
+const PER_CENT: f64 = 10.0;
+/// The same where `gain` holds the ratio of temperatures too.
+const WITH_RATIO: f64 = 100.0;
+
+/// The table of a flame with a gain that no flame has; `n` if that is its factor.
+pub(super) fn large(item: &Item, n: Option<f64>, rows: &[[f64; 3]]) -> Option<Warning> {
+    let largest = n.unwrap_or(1.0) * rows.iter().fold(0.0, |most: f64, row| most.max(row[1].abs()));
+    (largest > if n.is_some() { PER_CENT } else { WITH_RATIO }).then(|| {
+        let what = format!("its largest gain is {}, and a flame answers with about 1", rounded(largest));
+        Warning::range(item, what, "if the table is in per cent, divide its gains by 100")
+    })
 }
 
 /// A response whose modulus grows without end with the frequency, as that of no flame and no passive end

@@ -256,7 +256,16 @@ fn within(
     if (low..=high).contains(&value) { Ok(()) } else { Err(OscilosError::Value { file, what, value, must }) }
 }
 
+/// Kinds of ends that are read.
+const KINDS: [f64; 6] = [1.0, 2.0, 4.0, 5.0, 11.0, 12.0];
+
 fn boundary(file: &'static str, text: &str, radius: f64, sound_speed: f64) -> Result<Law, OscilosError> {
+    // Kinds that are not read have rows of words below the first.
+    let word = text.lines().skip(1).find_map(|line| line.split_whitespace().next());
+    let known = "1, 2, 4, 5, 11 and 12";
+    if let Some(value) = word.and_then(|word| word.parse().ok()).filter(|kind| !KINDS.contains(kind)) {
+        return Err(OscilosError::Unsupported { file, what: "Type", value, known });
+    }
     let row = &rows(file, text, 4)?[0];
     let [kind, one, two, three] = [row[0], row[1], row[2], row[3]];
     let constant = |r: C64| Law::Constant(r);
@@ -276,9 +285,6 @@ fn boundary(file: &'static str, text: &str, radius: f64, sound_speed: f64) -> Re
         }
         11.0 => Ok(Law::Unflanged { radius, sound_speed, correction: 0.0 }),
         12.0 => Ok(Law::Flanged { radius, sound_speed }),
-        value => {
-            let known = "1, 2, 4, 5, 11 and 12";
-            Err(OscilosError::Unsupported { file, what: "Type", value, known })
-        }
+        value => Err(OscilosError::Unsupported { file, what: "Type", value, known }),
     }
 }

@@ -193,7 +193,7 @@ pub enum ElementProblem {
     Table(#[from] crate::laws::TableError),
     /// A flow is too fast, or not a flow.
     #[error(
-        "the Mach number is {mach}, but must be above 0 and below 0.3: lower it in [flow], or widen the duct; leave [flow] \
+        "the Mach number is {mach:.3}, but must be above 0 and below 0.3: lower it in [flow], or widen the duct; leave [flow] \
          out for gas at rest"
     )]
     TooFast {

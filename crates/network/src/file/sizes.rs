@@ -8,11 +8,14 @@ use crate::plane::region::Region;
 use rijke_numerics::slips::{
     COLD, PRANDTL, PRESSURE, VISCOSITY, is_light, is_too_late, is_too_long, is_too_wide,
 };
-use rijke_numerics::words::rounded;
+use rijke_numerics::words::{rounded, to_digits};
 use std::f64::consts::{PI, TAU};
 
 /// Longer necks, holes and plates than this, m, are none.
 const THICK: f64 = 5.0;
+/// Pressures below this, Pa, are most often given in bar, for no rig runs at a third of the pressure of the
+/// atmosphere.
+const MOST_BAR: f64 = 30.0;
 /// Room temperature, K.
 const ROOM: f64 = 293.15;
 /// Gas constant of uranium hexafluoride, J/(kg K), and a little more than the ratio of specific heats of
@@ -80,7 +83,8 @@ impl Sizes {
         }));
         all.extend((gas.pressure < least).then(|| {
             let why = "less than in any rig".to_owned();
-            let remedy = format!("if these are kPa, write {}", 1e3 * gas.pressure);
+            let (unit, pascal) = if gas.pressure < MOST_BAR { ("bar", 1e5) } else { ("kPa", 1e3) };
+            let remedy = format!("if these are {unit}, write {}", to_digits(pascal * gas.pressure, 6));
             size(head, "pressure", gas.pressure, "Pa", why, remedy)
         }));
         // Of liquids, which gas constants do not describe, nothing is said.
@@ -172,7 +176,7 @@ impl Sizes {
         let limit = FAST * self.wavelength * self.highest;
         let value = value.filter(|v| *v > limit)?;
         let why = format!("faster than the {limit:.0} m/s up to which its formula holds");
-        let remedy = format!("if these are mm/s, write {}", 1e-3 * value);
+        let remedy = format!("if these are mm/s, write {}", to_digits(1e-3 * value, 6));
         Some(size(item, "bias_velocity", value, "m/s", why, remedy))
     }
 
@@ -180,7 +184,7 @@ impl Sizes {
     pub(super) fn late(&self, item: &Item, value: f64) -> Option<Warning> {
         let periods = value * self.highest;
         let why = || format!("{periods:.0} periods of the highest frequency of the search");
-        let remedy = || format!("if these are ms, write {}", 1e-3 * value);
+        let remedy = || format!("if these are ms, write {}", to_digits(1e-3 * value, 6));
         is_too_late(value, self.highest).then(|| size(item, "delay", value, "s", why(), remedy()))
     }
 
@@ -215,7 +219,7 @@ impl Sizes {
     }
 
     fn cold(&self, item: &Item, value: f64) -> Option<Warning> {
-        let remedy = || format!("if these are degrees Celsius, write {}", value + 273.15);
+        let remedy = || format!("if these are degrees Celsius, write {}", to_digits(value + 273.15, 6));
         let why = || "colder than any gas of a rig".to_owned();
         (self.freezes && value < COLD).then(|| size(item, "temperature", value, "K", why(), remedy()))
     }
@@ -236,7 +240,7 @@ fn thick(item: &Item, key: &'static str, value: f64) -> Option<Warning> {
 }
 
 fn millimetres(item: &Item, key: &'static str, value: f64, why: String) -> Warning {
-    size(item, key, value, "m", why, format!("if these are mm, write {}", 1e-3 * value))
+    size(item, key, value, "m", why, format!("if these are mm, write {}", to_digits(1e-3 * value, 6)))
 }
 
 pub(super) fn size(

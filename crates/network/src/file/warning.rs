@@ -1,7 +1,8 @@
 //! What is doubtful about a network but possible.
 
 use super::item::Item;
-use rijke_numerics::rational::{Doubt, TableRow, doubt, too_late};
+use rijke_numerics::rational::{Doubt, TableRow, doubt, doubt_of_flame, too_late};
+use rijke_numerics::words::to_digits;
 
 /// What is doubtful about a network.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -20,7 +21,7 @@ pub enum Warning {
     },
     /// A reflection coefficient above one feeds energy.
     #[error(
-        "line {line}: {place}: |R| = {modulus} at {frequency_hz} Hz is above 1: this end feeds the modes"
+        "line {line}: {place}: |R| = {} at {} Hz is above 1: this end feeds the modes", to_digits(*.modulus, 6), to_digits(*.frequency_hz, 6)
     )]
     Reflection {
         /// Line in the file.
@@ -159,8 +160,8 @@ pub enum Warning {
     },
     /// The search goes beyond a table.
     #[error(
-        "line {line}: {place}: the table ends at {low_hz} and {high_hz} Hz, but the search does not: modes beyond rest \
-         on extrapolation"
+        "line {line}: {place}: the table ends at {} and {} Hz, but the search does not: modes beyond rest on extrapolation",
+        to_digits(*.low_hz, 6), to_digits(*.high_hz, 6)
     )]
     Extrapolation {
         /// Line in the file.
@@ -173,6 +174,9 @@ pub enum Warning {
         high_hz: f64,
     },
 }
+
+/// Tables of flames that end below this, Hz, are most often in kHz.
+const SLOW: f64 = 5.0;
 
 impl Warning {
     pub(super) fn range(item: &Item, what: String, remedy: impl Into<String>) -> Self {
@@ -189,7 +193,17 @@ impl Warning {
         let rows: Vec<TableRow> = rows.iter().copied().map(TableRow::from).collect();
         let Item { line, place } = item.clone();
         let late = too_late(&rows).filter(|_| flame);
-        Some(match (doubt(&rows), late) {
+        let last = rows.last().map_or(0.0, |row| row.frequency);
+        if let Some(delay) = late.filter(|_| last < SLOW) {
+            let what = format!(
+                "the table ends at {} Hz, and its phase falls as by a delay of {:.0} ms",
+                to_digits(last, 6),
+                1e3 * delay
+            );
+            return Some(Self::range(item, what, "if its frequencies are in kHz, multiply them by 1000"));
+        }
+        let doubt = if flame { doubt_of_flame(&rows) } else { doubt(&rows) };
+        Some(match (doubt, late) {
             // Steps beyond half a turn say so more surely than the delay.
             (Some(Doubt::Degrees { step }), _) => Self::Degrees { line, place, step },
             (_, Some(delay)) => Self::Late { line, place, delay_ms: 1e3 * delay },

@@ -214,6 +214,13 @@ fn oracle_a_table_of_a_filtered_delay_gives_its_modes() {
     let warned = of(degrees, "0.5").map(|built| built.warnings);
     assert!(matches!(warned.unwrap()[0], Warning::Degrees { .. }));
     assert!(of(early, "1").unwrap_err().to_string().contains("give at most 0.5"));
+    // Phases in degrees that a tolerance cannot cover, and too few rows for the turns of the phase.
+    let steps = "[100, 1.0, -40], [200, 0.9, -95], [300, 0.8, -120], [400, 0.9, -190], [500, 0.4, -203], [600, 0.7, -290]";
+    let said = of(steps, "0.01").unwrap_err().to_string();
+    assert!(said.contains("seem to be in degrees"), "{said}");
+    let few = "[100, 1.0, -1.4], [220, 0.5, -3.0], [340, 0.9, -4.8], [460, 0.3, -6.2]";
+    let said = of(few, "0.001").unwrap_err().to_string();
+    assert!(said.contains("the most that 4 rows determine") && said.contains("give more rows"), "{said}");
     let feedback = tabulated.replace("type = 'flame'\ngain = 0.7\n", "type = 'feedback'\neu.gain = -0.7\n");
     let feedback = feedback.replace("\ntolerance", "\neu.tolerance").replace("\ntable", "\neu.table");
     same(&modes(&with(&feedback)), &got, 1e-12);

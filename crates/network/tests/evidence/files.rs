@@ -324,6 +324,26 @@ fn message_keys_without_effect_and_impossible_devices() {
         ("pressure = 4e3", "", FLAME, "less than in any rig"),
         ("pressure = 1e9", "", FLAME, "rigs have at most 100000000"),
         ("", "temperature = 150", FLAME, "if these are degrees Celsius, write 423.15"),
+        ("pressure = 1.013", "", FLAME, "if these are bar, write 101300"),
+        ("pressure = 15", "", FLAME, "if these are bar, write 1500000"),
+        (
+            "",
+            "temperature = 1800",
+            "type = \"flame\"\nn = 0.3\ndelay = 1e-3",
+            "the gas is colder behind the flame, 293.15 K after 1800 K",
+        ),
+        (
+            "",
+            "temperature = 200",
+            "type = \"flame\"\nn = 1\ntable = [[50, 80, 0], [100, 80, 0], [200, 80, 0]]",
+            "its largest gain is 80.0, and a flame answers with about 1; if the table is in per cent",
+        ),
+        (
+            "",
+            "",
+            "type = \"flame\"\ngain = 0.3\ntable = [[0.05, 1, -0.6], [0.15, 1, -1.8], [0.25, 1, -3], [0.35, 1, -4.2], [0.6, 1, -7.2]]\ntolerance = 0.01",
+            "if its frequencies are in kHz, multiply them by 1000",
+        ),
         (
             "",
             "",

@@ -3,7 +3,8 @@
 use super::polish::polished;
 use super::relocate::{Fractions, Samples, relocate, residues, spread, upper};
 use super::rows::{TableRow, phase_slope};
-use super::table::{Table, TableError};
+use super::table::Table;
+use super::table_error::TableError;
 use crate::{C64, Stream, TwoPart};
 use rand::RngExt;
 use std::f64::consts::PI;

@@ -15,6 +15,11 @@ const RISES: f64 = 1.0;
 /// moves, less than a radian.
 const RISES_OF_NEARLY_ALL: (f64, f64) = (0.7, 0.2);
 
+/// Gains of a flame that fall by less than this part of them show no dip, beyond which a phase may rise.
+const NO_DIP: f64 = 0.5;
+/// Standard deviations beyond which a phase rises by no accident.
+const CLEARLY: f64 = 4.0;
+
 /// A row of a table.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TableRow {
@@ -52,6 +57,33 @@ pub enum Doubt {
         /// By how much over the table, rad.
         rise: f64,
     },
+}
+
+/// What is doubtful about the table of a flame. Where the gain falls, and has no dip, the phase falls too: by
+/// Bode's relation of gain and phase, and by any delay.
+#[must_use]
+pub fn doubt_of_flame(rows: &[TableRow]) -> Option<Doubt> {
+    let usual = doubt(rows);
+    let [least, most] =
+        rows.iter().fold([f64::INFINITY, 0.0], |[a, b], e| [a.min(e.gain), f64::max(b, e.gain)]);
+    if usual.is_some() || rows.len() < 4 || least < NO_DIP * most {
+        return usual;
+    }
+    let hertz: Vec<f64> = rows.iter().map(|e| e.frequency).collect();
+    let [gain, _] = line(&hertz, &rows.iter().map(|e| e.gain).collect::<Vec<_>>());
+    let [phase, sd] = line(&hertz, &unwrapped(rows));
+    let rise = phase * (hertz[rows.len() - 1] - hertz[0]);
+    (gain < 0.0 && phase > CLEARLY * sd && rise > RISES_OF_NEARLY_ALL.1).then_some(Doubt::Rises { rise })
+}
+
+/// The slope of the straight line through points by least squares, and its standard deviation.
+fn line(x: &[f64], y: &[f64]) -> [f64; 2] {
+    let n = x.len() as f64;
+    let [mean, level] = [x, y].map(|all| all.iter().sum::<f64>() / n);
+    let spread: f64 = x.iter().map(|x| (x - mean).powi(2)).sum();
+    let slope = x.iter().zip(y).map(|(x, y)| (x - mean) * (y - level)).sum::<f64>() / spread;
+    let left: f64 = x.iter().zip(y).map(|(x, y)| (y - level - slope * (x - mean)).powi(2)).sum();
+    [slope, (left / (n - 2.0) / spread).sqrt()]
 }
 
 /// What is doubtful about the table of a flame or an end.
@@ -95,14 +127,7 @@ pub fn too_late(rows: &[TableRow]) -> Option<f64> {
 #[must_use]
 pub fn phase_slope(rows: &[TableRow]) -> f64 {
     let omega: Vec<f64> = rows.iter().map(|e| 2.0 * PI * e.frequency).collect();
-    let Some(first) = rows.first() else { return 0.0 };
-    let mut phase = first.phase;
-    let mut unwrapped = vec![phase];
-    for pair in rows.windows(2) {
-        let turn = (pair[1].phase - pair[0].phase) / (2.0 * PI);
-        phase += 2.0 * PI * (turn - turn.round());
-        unwrapped.push(phase);
-    }
+    let unwrapped = unwrapped(rows);
     let total: f64 = rows.iter().map(|e| e.gain).sum();
     let mean = |values: &[f64]| values.iter().zip(rows).map(|(v, e)| v * e.gain).sum::<f64>() / total;
     let (w, p) = (mean(&omega), mean(&unwrapped));
@@ -111,6 +136,17 @@ pub fn phase_slope(rows: &[TableRow]) -> f64 {
     };
     let slope = of(|w, p| w * p) / of(|w, _| w * w);
     if slope.is_finite() { slope } else { 0.0 }
+}
+
+/// The phases, each within half a turn of the one before.
+fn unwrapped(rows: &[TableRow]) -> Vec<f64> {
+    let mut all: Vec<f64> = rows.iter().take(1).map(|e| e.phase).collect();
+    for pair in rows.windows(2) {
+        let turn = (pair[1].phase - pair[0].phase) / (2.0 * PI);
+        let before = all[all.len() - 1];
+        all.push(before + 2.0 * PI * (turn - turn.round()));
+    }
+    all
 }
 
 #[cfg(test)]
@@ -144,6 +180,29 @@ mod tests {
         let Some(Doubt::Coarse { step, other }) = doubt(&of(7e-3)) else { panic!() };
         assert!((step - 0.7 * PI).abs() < 1e-9 && (other - 0.02).abs() < 1e-12, "{step} {other}");
         let Some(Doubt::Coarse { .. }) = doubt(&of(-13e-3)) else { panic!() };
+    }
+
+    /// A low-pass of 500 Hz behind 0.2 ms, for exp(+i omega t) and for the other sign; and what a gain with a
+    /// dip does near it.
+    #[test]
+    fn behaviour_a_phase_that_rises_with_a_falling_gain_is_doubted() {
+        let of = |sign: f64, scatter: f64| -> Vec<TableRow> {
+            let row = |k: i32| {
+                let frequency = 20.0 * f64::from(k);
+                let (gain, delay) = (0.8 / (frequency / 500.0).hypot(1.0), 2.0 * PI * frequency * 2e-4);
+                let noise = scatter * (7.0 * f64::from(k)).sin();
+                TableRow { frequency, gain, phase: -sign * ((frequency / 500.0).atan() + delay) + noise }
+            };
+            (1..=14).map(row).collect()
+        };
+        assert_eq!(doubt(&of(-1.0, 0.02)), None);
+        assert!(matches!(doubt_of_flame(&of(-1.0, 0.02)), Some(Doubt::Rises { rise }) if rise > 0.7));
+        assert_eq!(doubt_of_flame(&of(1.0, 0.02)), None);
+        // A rise that noise makes.
+        assert_eq!(doubt_of_flame(&of(-1.0, 3.0)).filter(|d| matches!(d, Doubt::Rises { .. })), None);
+        let rising: Vec<TableRow> =
+            of(-1.0, 0.0).iter().map(|e| TableRow { gain: 1.0 - e.gain, ..*e }).collect();
+        assert_eq!(doubt_of_flame(&rising), None);
     }
 
     #[test]

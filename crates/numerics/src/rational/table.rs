@@ -4,9 +4,10 @@
 
 use super::aaa::fractions;
 use super::relocate::{Samples, relocate, residues, spread, upper};
-use super::rows::{COARSE, TableRow, phase_slope};
+use super::rows::{COARSE, Doubt, TableRow, doubt, phase_slope};
+use super::table_error::TableError;
 use crate::words::to_digits;
-use crate::{C64, DenseError, Jet, JetSpace};
+use crate::{C64, Jet, JetSpace};
 use std::f64::consts::PI;
 
 /// A tolerance of a measurement is two to three times the root mean square of its errors.
@@ -36,84 +37,6 @@ pub struct Table {
     pub noise: f64,
     /// Limits of the table, rad/s: outside, the fit extrapolates.
     pub range: [f64; 2],
-}
-
-/// Why a table cannot be fitted.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum TableError {
-    /// Too few rows.
-    #[error("a table needs at least 3 rows, but has {rows}")]
-    Short {
-        /// How many there are.
-        rows: usize,
-    },
-    /// A number that cannot be.
-    #[error("row {row} of the table: {what}")]
-    Row {
-        /// The row, from 1.
-        row: usize,
-        /// Which, and what to do.
-        what: &'static str,
-    },
-    /// The tolerance is not reached.
-    #[error(
-        "no rational function of order {order} or less fits the table to {tolerance:.1e} of its largest gain, the best \
-         one to {reached:.1e}: raise the tolerance to the error of the measurement; phases are in rad"
-    )]
-    NoFit {
-        /// Largest order tried.
-        order: usize,
-        /// Tolerance asked for.
-        tolerance: f64,
-        /// What was reached.
-        reached: f64,
-    },
-    /// The rows are noisier than the tolerance says.
-    #[error(
-        "the rows of the table scatter about every rational function by {noise:.1e} of its largest gain, root mean square, and the tolerance is \
-         {tolerance:.1e}: give two to three times the scatter, tolerance = {remedy}; phases are in rad"
-    )]
-    Noisy {
-        /// Root mean square deviation of the rows, over the largest gain.
-        noise: f64,
-        /// Tolerance asked for.
-        tolerance: f64,
-        /// Two and a half times the noise, to two digits.
-        remedy: f64,
-    },
-    /// The fit grows without end: a pole with positive growth rate at frequencies of the table.
-    #[error(
-        "the fit has a pole at {at} with positive growth rate, so it is no response to the past: raise the tolerance to \
-         the error of the measurement; phases are in rad, and those of numbers that vary as exp(-i omega t) have the other sign"
-    )]
-    Unstable {
-        /// The pole.
-        at: C64,
-    },
-    /// A tolerance with which a fit says nothing.
-    #[error(
-        "tolerance is {value} of the largest gain, and must be above 0; a fit farther off than {COARSE} says nothing of the table: \
-         give at most {COARSE}"
-    )]
-    Tolerance {
-        /// The tolerance.
-        value: f64,
-    },
-    /// One complex number at all frequencies.
-    #[error(
-        "all rows of the table are one number with a phase of {phase:.3} rad, which no answer to the past has at all frequencies: for an end write \
-         `constant` with modulus and angle; a delay or a filter turns the phase with frequency"
-    )]
-    OneNumber {
-        /// The phase, rad.
-        phase: f64,
-    },
-    /// The algebra failed.
-    #[error(
-        "no rational function fits the table ({0}): raise the tolerance to the error of the measurement; phases are in rad"
-    )]
-    Dense(#[from] DenseError),
 }
 
 /// Largest value of a table, and the tolerance, of it, to which a fit is to meet the rows.
@@ -175,16 +98,21 @@ impl Table {
         }
         let omega: Vec<f64> = rows.iter().map(|e| 2.0 * PI * e.frequency).collect();
         let delay = -phase_slope(rows).min(0.0);
+        // Of degrees no other fault says anything.
+        let in_degrees = |error: TableError| match doubt(rows) {
+            Some(Doubt::Degrees { step }) => TableError::Degrees { step },
+            _ => error,
+        };
         let plain = Self::with_delay(rows, &omega, 0.0, tolerance);
         if delay == 0.0 {
-            return plain;
+            return plain.map_err(in_degrees);
         }
         match (plain, Self::with_delay(rows, &omega, delay, tolerance)) {
             (Ok(plain), Ok(delayed)) => {
                 Ok(if plain.terms.len() <= delayed.terms.len() { plain } else { delayed })
             }
             (Ok(fit), _) | (_, Ok(fit)) => Ok(fit),
-            (_, Err(error)) => Err(error),
+            (_, Err(error)) => Err(in_degrees(error)),
         }
     }
 
@@ -230,7 +158,8 @@ impl Table {
                 return Err(TableError::Noisy { noise, tolerance, remedy });
             }
             if supports.len() == most {
-                return Err(TableError::NoFit { order: 2 * most, tolerance, reached });
+                let (rows, order) = (rows.len(), 2 * most);
+                return Err(TableError::NoFit { rows, order, tolerance, reached });
             }
             let gap = |k: usize| (fit.fit.rational(C64::new(0.0, omega[k])) - values[k]).norm();
             let free = (0..rows.len()).filter(|k| !supports.contains(k));

@@ -18,9 +18,10 @@ mod tables;
 
 use rijke_draw::html;
 use rijke_engine::run::{
-    Answer, Frame, Judgement, ModelRecord, Sliders, StageRecord, gains_along, left_out_table, models,
-    residuals_over_factors,
+    Answer, Frame, Judgement, Missing, ModelRecord, Sliders, StageRecord, gains_along, left_out_table,
+    models, residuals_over_factors,
 };
+use rijke_numerics::words::capitalised;
 use rijke_numerics::{Classify, Failed};
 use rijke_rig::{DataKind, files::csv_table};
 use std::{fs, path::Path};
@@ -276,6 +277,9 @@ fn section(head: &StudyHead, stage: &StageRecord) -> String {
     for said in stage.behind_by_a_prior() {
         text += &format!("<p class=\"warn\">{}.</p>\n", html(&said));
     }
+    for said in &stage.undescribed {
+        text += &format!("<p class=\"warn\">{}.</p>\n", html(&capitalised(said)));
+    }
     if let Some(missed) = &stage.missed {
         text += &format!("<p class=\"warn\">Of the model that goes on, {}.</p>\n", html(missed));
     }
@@ -294,6 +298,9 @@ fn section(head: &StudyHead, stage: &StageRecord) -> String {
     if let Some(model) = chosen(stage) {
         text += &tables::parameters(model);
         text += &tables::laws(model);
+    }
+    for said in stage.missing.iter().flat_map(Missing::disagreeing) {
+        text += &format!("<p class=\"warn\">{}.</p>\n", html(&capitalised(&said)));
     }
     text += &tables::residuals(head, stage);
     text

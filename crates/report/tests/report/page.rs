@@ -60,6 +60,7 @@ fn stage() -> StageRecord {
         assumes: vec!["Cold tube: x is taken, though y is only 0.4 nats behind".into()],
         one_start: false,
         missed: Some("frequencies are missed by 1.7 %".into()),
+        undescribed: vec!["this stage stands on \"ftf\"".into()],
         carried: vec![carried("a", Some(-30.0)), carried("b", Some(-31.25)), carried("c", None)],
         missing: Some(missing()),
         moved_since: Some("what is missing may have moved eta".into()),
@@ -73,6 +74,7 @@ fn stage() -> StageRecord {
                 count: 2,
                 chi_squared: 3.25,
                 probability: Some(0.197),
+                law: None,
             }],
         }),
     }
@@ -115,7 +117,7 @@ fn missing() -> Missing {
         between: Some([0.25, 0.35]),
     };
     let other = Asked { x: Some(0.5), gain: -0.5, ..first.clone() };
-    Missing { tried: 700, by_chance: 3.4, families: vec![family], best: vec![first, other] }
+    Missing { tried: 700, by_chance: 3.4, families: vec![family], best: vec![first, other], laws: Vec::new() }
 }
 
 /// A factor that its campaign has in mm.

@@ -117,17 +117,20 @@ impl Columns {
         })
     }
 
-    /// A column of complex numbers, as programs write them: `(1.5e-3-2j)`, `1.5+2i`, or a plain number.
+    /// A column of complex numbers, as programs write them: `(1.5e-3-2j)`, `1.5+2i`, or a plain number, with
+    /// a decimal point or comma.
     ///
     /// # Errors
     /// Those of [`Columns::numbers`], but for units, which are not looked at.
     pub fn complex(&self, name: &str) -> Result<Vec<C64>, RigError> {
         let column = self.column(name)?;
-        let Rows::Text { rows, .. } = &self.rows else {
+        let Rows::Text { split, decimal, rows } = &self.rows else {
             return Ok(self.as_written(name)?.1.into_iter().map(C64::from).collect());
         };
+        let mut decimal = *decimal;
         let cell = |(row, (_, cells)): (usize, &(usize, Vec<String>))| {
-            complex_cell(&cells[column]).ok_or_else(|| self.bad(row, name, cells[column].clone()))
+            complex_cell(&cells[column], &mut decimal, *split)
+                .ok_or_else(|| self.bad(row, name, cells[column].clone()))
         };
         rows.iter().enumerate().map(cell).collect()
     }
@@ -241,8 +244,9 @@ impl Columns {
     }
 }
 
-/// A finite complex number with a decimal point, in brackets or not.
-fn complex_cell(text: &str) -> Option<C64> {
+/// A finite complex number, in brackets or not; its decimal sign becomes the column's.
+fn complex_cell(text: &str, decimal: &mut Option<Decimal>, split: Split) -> Option<C64> {
+    let mut finite = |text: &str| number(text.trim(), decimal, split).filter(|v| v.is_finite());
     let bare = text.trim().trim_start_matches('(').trim_end_matches(')').trim();
     let Some(body) = bare.strip_suffix(['i', 'j']) else { return finite(bare).map(C64::from) };
     // The sign between the parts is the last one that belongs to no exponent.
@@ -260,13 +264,9 @@ fn complex_cell(text: &str) -> Option<C64> {
     Some(C64::new(re, im))
 }
 
-fn finite(text: &str) -> Option<f64> {
-    text.trim().parse().ok().filter(|v: &f64| v.is_finite())
-}
-
 #[cfg(test)]
 mod tests {
-    use super::complex_cell;
+    use super::{Decimal, Split, complex_cell};
     use rijke_numerics::C64;
 
     #[test]
@@ -278,10 +278,15 @@ mod tests {
             ("-2.5j", 0.0, -2.5),
             ("1+j", 1.0, 1.0),
         ] {
-            assert_eq!(complex_cell(text), Some(C64::new(re, im)), "{text}");
+            assert_eq!(complex_cell(text, &mut None, Split::At(',')), Some(C64::new(re, im)), "{text}");
         }
         for text in ["", "j+", "1+2", "nan+1j", "1,5+2j", "(1 + two j)"] {
-            assert_eq!(complex_cell(text), None, "{text}");
+            assert_eq!(complex_cell(text, &mut None, Split::At(',')), None, "{text}");
         }
+        // Where other characters stand between cells a comma is a decimal sign, of the whole column.
+        let mut sign = None;
+        let cell = |text, sign: &mut _| complex_cell(text, sign, Split::At(';'));
+        assert_eq!(cell("1,5-2,25e-1j", &mut sign), Some(C64::new(1.5, -0.225)));
+        assert_eq!((sign, cell("1.5", &mut sign)), (Some(Decimal::Comma), None));
     }
 }

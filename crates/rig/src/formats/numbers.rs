@@ -1,6 +1,7 @@
 //! A text of numbers alone, whose columns are known by their places.
 
 use super::text::{Form, HEAD, TextForm};
+use rijke_numerics::without_empty_ends;
 
 /// Columns of numbers, and the line of each row, from 1.
 pub type NumberColumns = (Vec<Vec<f64>>, Vec<usize>);
@@ -13,6 +14,11 @@ pub type NumberColumns = (Vec<Vec<f64>>, Vec<usize>);
 /// without any row has no columns.
 pub fn number_columns(text: &str) -> Result<NumberColumns, (usize, String)> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    let rows = || text.lines().filter(|row| !Form::is_passed_over(row));
+    let between = [';', '\t', ','].into_iter().find(|c| rows().all(|row| row.contains(*c)));
+    // Of rows without headings the widest says how many columns there are: nothing stands behind it.
+    let cut = between.and_then(|between| without_empty_ends(text, between, false, Form::is_passed_over).ok());
+    let text = cut.as_deref().unwrap_or(text);
     let head: Vec<String> = text.lines().take(HEAD).map(str::to_owned).collect();
     let said = |line: usize, column: Option<usize>, problem: String| {
         let place = column.map_or(String::new(), |column| format!("column {column}: "));
@@ -58,6 +64,8 @@ mod tests {
             "# f\tgain\n40\t0,5\n80\t0,25\n",
             "f,gain\r\n40,0.5\r\n80,0.25\r\n",
             "# blanks\n40 0,5\n80 0,25\n",
+            "# empty columns and rows of a spreadsheet\n40,0.5,,\n80,0.25,,\n,,,\n",
+            "f;gain;;\n40;0,5;;\n80;0,25;;\n;;;\n",
         ] {
             assert_eq!(number_columns(text).unwrap(), want, "{text:?}");
         }

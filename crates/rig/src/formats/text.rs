@@ -6,6 +6,7 @@ use super::stamp::seconds_of_day;
 use crate::error::RigError;
 use crate::problem::Problem;
 use crate::units::{Heading, Unit};
+use rijke_numerics::{BehindHeadings, without_empty_ends};
 use serde::{Deserialize, Serialize};
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read};
@@ -350,17 +351,22 @@ type Table = (Split, Vec<String>, Vec<(usize, Vec<String>)>);
 /// Takes a table apart.
 pub(crate) fn table_rows(text: &str) -> Result<Table, Wrong> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-    let mut lines = text.lines().enumerate().filter(|(_, row)| !passed_over(row));
-    let Some((at, names)) = lines.next() else {
+    let Some((at, names)) = text.lines().enumerate().find(|(_, row)| !passed_over(row)) else {
         return Err((1, None, Problem::Empty { need: "a line of names and a row" }));
     };
     // The names tell what stands between columns, unless they are words between blanks.
     let split = [';', '\t', ','].into_iter().find(|c| names.contains(*c)).map_or(Split::Blanks, Split::At);
-    let width = split.cells(names).count();
-    let mut headings = headings(names, split, width);
-    while headings.len() > 1 && headings.last().is_some_and(String::is_empty) {
-        headings.pop();
-    }
+    let text = match split {
+        Split::At(between) => without_empty_ends(text, between, true, passed_over).map_err(
+            |BehindHeadings { line, column, cell }| {
+                (line, Some(column), Problem::BadCell { text: cell, expected: BehindHeadings::EXPECTED })
+            },
+        )?,
+        Split::Blanks => text.into(),
+    };
+    let mut lines = text.lines().enumerate().filter(|(_, row)| !passed_over(row));
+    let names = lines.next().map_or("", |(_, names)| names);
+    let headings = headings(names, split, split.cells(names).count());
     let sign = &mut None;
     if headings.iter().all(|h| number(h, sign, split).is_some()) {
         let text = names.chars().take(40).collect();

@@ -8,7 +8,7 @@ use crate::error::RigError;
 use crate::files::read_text;
 use crate::problem::Problem;
 use crate::records::set::Day;
-use rijke_numerics::{Cholesky, Matrix};
+use rijke_numerics::{Cholesky, Matrix, without_empty_ends};
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -30,18 +30,16 @@ pub(super) fn read_csv_if_there<'a>(path: &'a Path, header: &'a [String]) -> Res
 
 /// All rows of a CSV file whose header is exactly `header`.
 pub(super) fn read_csv<'a>(path: &'a Path, header: &'a [String]) -> Result<Vec<Row<'a>>, RigError> {
-    let text = read_text(path)?;
+    let text = table(path)?;
     let syntax = |error: csv::Error| RigError::Syntax {
         path: path.to_owned(),
         line: error.position().map_or(1, |p| p.line() as usize),
         column: 1,
         message: error.to_string(),
     };
-    // A spreadsheet may put a byte-order mark in front and blanks around cells.
-    let mut reader = csv::ReaderBuilder::new()
-        .trim(csv::Trim::All)
-        .comment(Some(b'#'))
-        .from_reader(text.strip_prefix('\u{feff}').unwrap_or(&text).as_bytes());
+    // A spreadsheet may put blanks around cells.
+    let mut reader =
+        csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_reader(text.as_bytes());
     let found: Vec<String> = reader.headers().map_err(syntax)?.iter().map(String::from).collect();
     for (k, need) in header.iter().enumerate() {
         let have = found.get(k).cloned().unwrap_or_default();
@@ -59,6 +57,21 @@ pub(super) fn read_csv<'a>(path: &'a Path, header: &'a [String]) -> Result<Vec<R
     Ok(rows)
 }
 
+/// The text of a table without the byte-order mark, the empty columns at the end and the empty rows of a
+/// spreadsheet.
+pub(super) fn table(path: &Path) -> Result<String, RigError> {
+    let text = read_text(path)?;
+    let bare = text.strip_prefix('\u{feff}').unwrap_or(&text);
+    let cut = without_empty_ends(bare, ',', true, |row| row.starts_with('#'));
+    let cut = cut.map_err(|behind| RigError::Syntax {
+        path: path.to_owned(),
+        line: behind.line,
+        column: behind.column,
+        message: behind.to_string(),
+    })?;
+    Ok(cut.into_owned())
+}
+
 /// The line of a table that heads its columns.
 pub(super) fn first_line(text: &str) -> &str {
     let mut lines = text.strip_prefix('\u{feff}').unwrap_or(text).lines();
@@ -71,7 +84,7 @@ pub(crate) fn by_name<'a>(
     path: &'a Path,
     names: &'a [String],
 ) -> Result<(Vec<FactorColumn>, Vec<Row<'a>>), RigError> {
-    let text = read_text(path)?;
+    let text = table(path)?;
     let first = first_line(&text);
     let found: Vec<String> = first.split(',').map(|cell| cell.trim().to_owned()).collect();
     let default = |name: &str| MAY_BE_MISSING.iter().find(|(n, _)| *n == name).map(|(_, value)| *value);

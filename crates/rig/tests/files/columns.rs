@@ -57,6 +57,24 @@ fn exact_arrays_by_name() {
     assert!(said.contains("v5.mat: header: there is no column `q`; the file has `p[0]`, `p[1]`"), "{said}");
 }
 
+/// What spreadsheets leave: empty columns at the end, empty rows, and a decimal comma.
+#[test]
+fn exact_tables_of_spreadsheets_are_those_of_their_numbers() {
+    let plain = parse("f,z,case\n100,0.5,a\n200,-0.25,b\n");
+    for text in [
+        "f,z,case,,\n100,0.5,a,,\n,,,,\n200,-0.25,b,,\n,,,,\n",
+        "f;z;case;;\n100;0,5;a;;\n200;-0,25;b;;\n;;;;\n",
+        "f\tz\tcase\t\t\n100\t0,5\ta\n200\t-0,25\tb\t\t\n",
+    ] {
+        let table = parse(text);
+        assert_eq!(table.headings(), plain.headings(), "{text:?}");
+        assert_eq!(table.numbers("f", "Hz").unwrap(), [100.0, 200.0]);
+        let complex = table.complex("z").unwrap();
+        assert_eq!(complex, plain.complex("z").unwrap(), "{text:?}");
+        assert_eq!(table.words("case").unwrap(), ["a", "b"]);
+    }
+}
+
 #[test]
 fn message_of_bad_tables() {
     let whole =
@@ -67,6 +85,10 @@ fn message_of_bad_tables() {
         (whole("# nothing\nf,g\n"), "z.csv: line 2: is empty; give at least one row below the names"),
         (whole("1,2\n3,4\n"), "z.csv: line 1: `1,2` is not a line of names"),
         (whole("f,g\n1,2\n\n3\n"), "z.csv: line 4: 1 columns, the rows before have 2"),
+        (
+            whole("f,g,,\n1,2,,\n3,4,,5\n"),
+            "z.csv: line 3, column 4: `5` is not empty, but it stands behind the last heading",
+        ),
         (key("f,g\n1,2\n3,2\n1,2\n"), "z.csv: line 4, column `f`: `1` stands in line 2 already; keep one"),
         (key("f,g\n1,2\n3,2\n# day two\n2,2\n"), "z.csv: line 5, column `f`: 2 follows 3; sort the rows"),
         (key("f,g\n1,2\nx,2\n"), "z.csv: line 3, column `f`: `x` is not a finite number"),

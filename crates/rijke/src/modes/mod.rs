@@ -16,8 +16,8 @@ use std::path::PathBuf;
 /// them. Each mode comes with its residual, its condition number and its energy budget.
 #[derive(clap::Args)]
 #[command(
-    after_help = "Examples:\n  rijke modes fixtures/networks/rig-tube.toml --max-hz 700\n  rijke modes examples/quarter-wave --point e1-0\n  \
-                  rijke modes fixtures/networks/rijke-tube.toml --sensitivity --plot modes.svg --along along.csv"
+    after_help = "Examples:\n  rijke modes tube.toml --max-hz 700\n  rijke modes examples/quarter-wave --point e1-0\n  \
+                  rijke modes heated-tube.toml --sensitivity --plot modes.svg --along along.csv"
 )]
 pub(crate) struct Args {
     /// Network file or rig.toml of a study; with --point the folder of a study.

@@ -32,11 +32,16 @@ pub(super) fn column(text: &str) -> Result<Factor, StudyProblem> {
         heading.of(wanted).map_err(|source| StudyProblem::Unit { key: name.clone(), source })?
     };
     if !RESERVED.contains(&name.as_str()) {
-        let good = name.starts_with(|c: char| c.is_alphabetic())
-            && name.chars().all(|c| c.is_alphanumeric() || c == '_');
-        if !good {
-            let why =
-                "formulas name it, so that it must start with a letter and have letters, digits and _ only";
+        let good = |name: &str| {
+            name.starts_with(|c: char| c.is_alphabetic())
+                && name.chars().all(|c| c.is_alphanumeric() || c == '_')
+        };
+        if !good(&name) {
+            let why = if good(&name.replace(' ', "_")) {
+                "formulas name it, so that it has no blanks: write an underscore for each, as in growth_rate and growth_rate_sd"
+            } else {
+                "formulas name it, so that it must start with a letter and have letters, digits and _ only"
+            };
             return Err(StudyProblem::Name { what: "factor", name, why });
         }
         names::free(&names::built_in()?, "factor", &name)?;

@@ -3,6 +3,7 @@
 use super::ObservedResponse;
 use crate::StudyProblem;
 use rijke_numerics::C64;
+use rijke_numerics::words::rounded;
 use std::f64::consts::PI;
 
 /// Rows of a file: frequency (Hz), value, standard deviation (NaN if there is none), line or row.
@@ -147,9 +148,9 @@ pub(super) fn phase(rows: &Rows) -> Option<String> {
 }
 
 /// Whether all frequencies lie far below those in which modes are sought, or most far above.
-pub(super) fn far(rows: &Rows, [low, high]: [f64; 2]) -> Option<String> {
-    let (first, last) = (*rows.frequency_hz.first()?, *rows.frequency_hz.last()?);
-    if rows.frequency_hz.iter().filter(|f| **f > high).count() * 4 > 3 * rows.frequency_hz.len() {
+pub(super) fn far(frequency_hz: &[f64], [low, high]: [f64; 2]) -> Option<String> {
+    let (first, last) = (*frequency_hz.first()?, *frequency_hz.last()?);
+    if frequency_hz.iter().filter(|f| **f > high).count() * 4 > 3 * frequency_hz.len() {
         return Some(format!(
             "most of its frequencies, which run from {first} to {last} Hz, lie above those in which modes are sought, {low} to {high} Hz (`[search]` of \
              rig.toml): if these are angular, write f [rad/s] in `columns`"
@@ -161,6 +162,30 @@ pub(super) fn far(rows: &Rows, [low, high]: [f64; 2]) -> Option<String> {
              write f [kHz] in `columns`"
         )
     })
+}
+
+/// A flame answers with about 1: half of the gains above the first, or all below the second, are in another
+/// unit.
+const GAINS: [f64; 2] = [10.0, 0.01];
+
+/// Whether the gains of a flame are far from 1, as they are in per cent.
+pub(super) fn gains(rows: &Rows) -> Option<String> {
+    let mut gains: Vec<f64> = rows.values.iter().map(|z| z.norm()).collect();
+    gains.sort_by(f64::total_cmp);
+    let (least, most) = (*gains.first()?, *gains.last()?);
+    let [large, small] = GAINS;
+    let remedy = match (gains[gains.len() / 2] > large, most < small) {
+        (true, _) => {
+            "if they are per cent, write abs [%] in `columns`, or divide both parts by 100; if they are another quantity, give its `factor`"
+        }
+        (_, true) => "check their unit and normalisation, and give the `factor` that they need",
+        _ => return None,
+    };
+    Some(format!(
+        "its gains are {} to {}, and a flame answers with about 1: {remedy}",
+        rounded(least),
+        rounded(most)
+    ))
 }
 
 /// Whether the phase rises with frequency on the whole, as if what answers did so before it is asked.
@@ -204,4 +229,27 @@ pub(super) fn passive(rows: &Rows, reflection: &[C64]) -> Option<String> {
         rows.frequency_hz[worst],
         rows.lines.get(worst).copied().unwrap_or(0)
     ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn message_gains_of_a_flame_far_from_one_are_said() {
+        let of = |factor: f64| {
+            let values = [0.6, 0.93, 1.4].map(|gain| C64::from(factor * gain)).to_vec();
+            gains(&Rows {
+                frequency_hz: vec![50.0, 60.0, 70.0],
+                values,
+                sd: Vec::new(),
+                lines: Vec::new(),
+                phases: None,
+            })
+        };
+        assert_eq!(of(1.0), None);
+        let said = of(100.0).unwrap();
+        assert!(said.contains("gains are 60.0 to 140") && said.contains("per cent"), "{said}");
+        assert!(of(1e-3).unwrap().contains("normalisation"));
+    }
 }

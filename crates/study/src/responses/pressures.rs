@@ -113,12 +113,13 @@ fn column(text: &str, name: String, wanted: &'static str, needed: bool) -> Resul
     Ok(Column { name, factor, stated: unit.map(|_| wanted) })
 }
 
-/// Reads a file: the excitations in the order of the file, and what is doubtful. Rows outside of the band are
-/// passed over.
+/// Reads a file: the excitations in the order of the file, and what is doubtful, also of frequencies far from
+/// those in which modes are sought, if the study says these. Rows outside of the band are passed over.
 pub(super) fn read(
     path: &Path,
     table: &Table,
     band: [f64; 2],
+    search: Option<[f64; 2]>,
 ) -> Result<(Vec<Heard>, Vec<String>), StudyError> {
     let file = Sheet::of(path)?;
     let frequency_hz = file.numbers(&table.frequency)?;
@@ -151,7 +152,8 @@ pub(super) fn read(
         all.push(Heard { excitation: name.clone(), of, ..heard });
     }
     all.retain(|heard| !heard.frequency_hz.is_empty());
-    Ok((all, doubtful.into_iter().collect()))
+    let far = search.and_then(|search| doubts::far(&columns.frequency_hz, search));
+    Ok((all, doubtful.into_iter().chain(far).collect()))
 }
 
 /// The columns of a file in SI units.

@@ -96,7 +96,10 @@ impl Study {
                 };
                 doubt(doubts::without_repeats(&mut rows));
                 doubt(doubts::phase(&rows));
-                doubt(doubts::far(&rows, self.rig.search[1]).filter(|_| self.rig.search_is_stated[1]));
+                doubt(
+                    doubts::far(&rows.frequency_hz, self.rig.search[1])
+                        .filter(|_| self.rig.search_is_stated[1]),
+                );
                 let reflects = |z: &C64| (z - 1.0) / (z + 1.0);
                 if entry.kind == KindOf::Impedance {
                     // dR/dz = 2/(z + 1)^2.
@@ -107,6 +110,9 @@ impl Study {
                 }
                 if matches!(entry.kind, KindOf::Impedance | KindOf::Reflection) {
                     doubt(doubts::passive(&rows, &rows.values));
+                }
+                if entry.kind == KindOf::FlameTransferFunction && entry.coefficient.is_none() {
+                    doubt(doubts::gains(&rows));
                 }
                 if entry.kind != KindOf::Transfer {
                     doubt(doubts::early(&rows));
@@ -187,7 +193,8 @@ impl Study {
         let names = &self.rig.microphones.names;
         let table = pressures::declared(&entry.columns, names, sources.len()).map_err(fail)?;
         let band = entry.band_hz.unwrap_or([0.0, f64::INFINITY]);
-        let (list, doubts) = pressures::read(path, &table, band)?;
+        let search = self.rig.search_is_stated[1].then_some(self.rig.search[1]);
+        let (list, doubts) = pressures::read(path, &table, band, search)?;
         all.warnings.extend(doubts.iter().map(|said| format!("{}: {said}", path.display())));
         if list.is_empty() {
             return Err(fail(OUTSIDE));

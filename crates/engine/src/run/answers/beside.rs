@@ -159,7 +159,7 @@ mod tests {
             term("x = 0.300 m", 0.3, 2.0),
             term("upstream end", 0.0, -0.04),
         ];
-        let missing = Missing { tried: 3, by_chance: 3.0, families: Vec::new(), best };
+        let missing = Missing { tried: 3, by_chance: 3.0, families: Vec::new(), best, laws: Vec::new() };
         let stage = r#"{"id": "s", "title": "S", "measured": [], "models": [], "winner": "", "chosen": "", "decides": 3}"#;
         let stage: StageRecord = serde_json::from_str(stage).unwrap();
         let answer = gains_along(&stage, &missing);

@@ -103,8 +103,15 @@ pub(super) fn judged(
         }
     }
     let by_chance = chance.get(chance.len() * 19 / 20).copied().filter(|g| g.is_finite())?;
-    Some(Missing { tried: found.len(), by_chance, families, best })
+    let of_a_law = |f: &&Found| f.term.of_a_law && f.term.times.is_empty();
+    let far = |f: &&Found| f.told.strength.abs() > FAR * f.told.sd;
+    let laws = found.iter().filter(of_a_law).filter(far).map(asked).collect();
+    Some(Missing { tried: found.len(), by_chance, families, best, laws })
 }
+
+/// Standard deviations from none from which on the gain or the delay of a law is far from it: of the few laws
+/// of a model one is there by chance in some thousand.
+const FAR: f64 = 4.0;
 
 /// A term that the data say something of.
 struct Found {

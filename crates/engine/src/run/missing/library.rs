@@ -21,6 +21,8 @@ pub(super) struct Term {
     pub(super) place: String,
     /// Whether something is there in the rig: no place of the grid.
     pub(super) named: bool,
+    /// Whether it is the gain or the delay of a law of the model.
+    pub(super) of_a_law: bool,
     /// What acts, both phases of it and whatever it is in proportion to: one effect at one place.
     pub(super) acts: String,
     /// Mean over the observations of where that is, m; none for what acts along the rig.
@@ -148,6 +150,7 @@ impl Library {
                 effect: effect.to_owned(),
                 place: format!("microphone {}", microphones.names[m]),
                 named: true,
+                of_a_law: false,
                 acts: "channel".to_owned(),
                 x: None,
                 times: String::new(),
@@ -195,6 +198,7 @@ impl Making<'_> {
                     effect: (*name).to_owned(),
                     place: spot.name.clone(),
                     named: spot.named,
+                    of_a_law: false,
                     acts: coefficient.to_string(),
                     x,
                     times: String::new(),
@@ -260,9 +264,11 @@ impl Making<'_> {
                 of.probed[k].laws.iter().find(|l| l.0 == [candidate, number]).map(|l| l.1.clone())
             };
             let of = |what: &str| format!("{what} of {} of {}", effect.coefficient.name(), owner.id);
-            self.add(&term(&of("gain"), &effect.place_text, "1"), &slope);
+            let of_law =
+                |what: &str, unit| Term { of_a_law: true, ..term(&of(what), &effect.place_text, unit) };
+            self.add(&of_law("gain", "1"), &slope);
             if !effect.place.is_along() {
-                self.add(&term(&of("delay"), &effect.place_text, "s"), &|of, k| {
+                self.add(&of_law("delay", "s"), &|of, k| {
                     Some(times(&slope(of, k)?, -of.probed[k].s))
                 });
             }
@@ -276,6 +282,7 @@ fn term(effect: &str, place: &str, unit: &'static str) -> Term {
         effect: effect.to_owned(),
         place: place.to_owned(),
         named: true,
+        of_a_law: false,
         acts: if place == "all ducts" { "walls" } else { effect.rsplit(" of ").next().unwrap_or(effect) }
             .to_owned(),
         x: None,

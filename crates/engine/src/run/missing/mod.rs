@@ -15,7 +15,7 @@ mod library;
 mod tests;
 
 use super::course::{Chosen, Run};
-use super::found::Missing;
+use super::found::{Asked, Missing};
 use crate::EngineError;
 use crate::observed::Used;
 use judge::judged;
@@ -36,7 +36,17 @@ impl Run {
         let values = chosen.trained.best();
         let library =
             Library::of(&chosen.assembly, &self.study.campaign, &chosen.observed, &used, values, &rows)?;
-        Ok(judged(&linear, library, &rows, chosen.observed.len()))
+        let mut missing = judged(&linear, library, &rows, chosen.observed.len());
+        // Of others no earlier stage says what they are.
+        let grounds = || self.study.plan.grounds(stage).into_iter().filter_map(|id| self.ground(id));
+        let measured = |law: &Asked| {
+            let models = || grounds().flat_map(|ground| &ground.models);
+            models().any(|m| m.candidates.values().any(|id| law.effect.ends_with(&format!(" of {id}"))))
+        };
+        if let Some(missing) = &mut missing {
+            missing.laws.retain(measured);
+        }
+        Ok(missing)
     }
 }
 

@@ -35,6 +35,8 @@ impl Run {
         let models: Vec<ModelRecord> = results.iter().map(|(model, _)| model.clone()).collect();
         let own = undecided(&stage, &models, &chosen, &carried);
         let Row { choice, .. } = rows.into_iter().nth(next).unwrap_or_default();
+        let grounds = self.study.plan.grounds(&stage).into_iter().filter_map(|id| self.ground(id));
+        let undescribed = grounds.filter_map(|ground| ground.undescribed(&choice)).collect();
         if let Some(goes_on) = results[next].1.clone() {
             let rows = results.into_iter().filter_map(|(model, found)| Some((model, found?))).collect();
             let beside = goes_on.beside.as_ref().map(|said| format!("In stage \"{}\", {said}", stage.title));
@@ -69,6 +71,7 @@ impl Run {
             assumes,
             one_start: self.trusted == Trusted::Laplace,
             missed,
+            undescribed,
             carried,
             missing,
             moved_since,

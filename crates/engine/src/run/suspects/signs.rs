@@ -71,7 +71,8 @@ impl Run {
         found: &Chosen,
     ) -> Result<Option<(&'static Reading, f64)>, EngineError> {
         let mut best: Option<(&Reading, f64)> = None;
-        for reading in READINGS.iter().filter(|r| r.may_be(&found.observed, found.misfit[0])) {
+        let rates: Vec<f64> = found.observed.iter().filter_map(|o| o.mode.growth_rate).collect();
+        for reading in READINGS.iter().filter(|r| r.may_be(&rates, found.misfit[0])) {
             let Some(gain) = self.gain(stage, row, found, &|o| reading.turn(o))? else { continue };
             // The density of the numbers in the column, not that of the growth rates made of them.
             let gain = gain + found.observed.iter().map(|o| reading.ln_slope(o)).sum::<f64>();
@@ -139,71 +140,88 @@ struct Reading {
     /// What the column holds, and what the growth rate is then.
     column: &'static str,
     growth_rate: &'static str,
-    /// Its sign.
+    /// Its sign where all modes decay.
     sign: f64,
+    /// Whether it is in proportion to the growth rate, so that it has the other sign where a mode grows.
+    linear: bool,
     /// Growth rate and its derivative, from the number in the column and the angular frequency (1/s).
     read: fn(f64, f64) -> [f64; 2],
 }
 
 const READINGS: [Reading; 9] = [
-    Reading { column: "decay rates", growth_rate: "minus the number", sign: 1.0, read: |x, _| [-x, -1.0] },
+    Reading {
+        column: "decay rates",
+        growth_rate: "minus the number",
+        sign: 1.0,
+        linear: true,
+        read: |x, _| [-x, -1.0],
+    },
     Reading {
         column: "widths at half power in Hz",
         growth_rate: "-pi times the number",
         sign: 1.0,
+        linear: true,
         read: |x, _| [-PI * x, -PI],
     },
     Reading {
         column: "half of the widths at half power in Hz",
         growth_rate: "-2 pi times the number",
         sign: 1.0,
+        linear: true,
         read: |x, _| [-TAU * x, -TAU],
     },
     Reading {
         column: "damping ratios",
         growth_rate: "minus the number times the angular frequency",
         sign: 1.0,
+        linear: true,
         read: |x, omega| [-x * omega, -omega],
     },
     Reading {
         column: "reverberation times (60 dB) in s",
         growth_rate: "-3 ln 10 over the number",
         sign: 1.0,
+        linear: false,
         read: |x, _| [-3.0 * LN_10 / x, 3.0 * LN_10 / (x * x)],
     },
     Reading {
         column: "quality factors",
         growth_rate: "minus the angular frequency over twice the number",
         sign: 1.0,
+        linear: false,
         read: |x, omega| [-0.5 * omega / x, 0.5 * omega / (x * x)],
     },
     Reading {
         column: "growth rates of the energy",
         growth_rate: "half of the number",
         sign: -1.0,
+        linear: true,
         read: |x, _| [0.5 * x, 0.5],
     },
     Reading {
         column: "negative widths at half power in Hz (growth rate/pi)",
         growth_rate: "pi times the number",
         sign: -1.0,
+        linear: true,
         read: |x, _| [PI * x, PI],
     },
     Reading {
         column: "growth rates over 2 pi, in Hz",
         growth_rate: "2 pi times the number",
         sign: -1.0,
+        linear: true,
         read: |x, _| [TAU * x, TAU],
     },
 ];
 
 impl Reading {
-    /// True if all growth rates have its sign; where that is the usual one, if also a model misses them by a
-    /// fourth of their size.
-    fn may_be(&self, observed: &[Observed], misfit: f64) -> bool {
-        let mut rates = observed.iter().filter_map(|o| o.mode.growth_rate);
-        let size = rms(rates.clone());
-        rates.all(|g| self.sign * g > 0.0) && (self.sign > 0.0 || misfit > 0.25 * size)
+    /// True if all growth rates have its sign; where that is the usual one, or where some modes would decay
+    /// and others grow, if also a model misses them by a fourth of their size.
+    fn may_be(&self, rates: &[f64], misfit: f64) -> bool {
+        let of_its_sign = rates.iter().filter(|g| self.sign * **g > 0.0).count();
+        let decays = of_its_sign == rates.len();
+        let mixed = self.linear && of_its_sign > 0;
+        decays && self.sign > 0.0 || (decays || mixed) && misfit > 0.25 * rms(rates.iter().copied())
     }
 
     /// Growth rate by this reading, and its derivative by the number in the column.
@@ -246,4 +264,24 @@ fn spread(all: &[f64]) -> f64 {
 fn scale(covariance: &mut Matrix, factor: impl Fn(usize) -> f64) {
     let n = covariance.rows();
     *covariance = Matrix::from_fn(n, n, |i, j| factor(i) * factor(j) * covariance[(i, j)]);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::READINGS;
+
+    #[test]
+    fn behaviour_rates_of_both_signs_may_be_turned_where_a_model_misses_them() {
+        let asked = |rates: &[f64], misfit: f64| -> Vec<&str> {
+            READINGS.iter().filter(|r| r.may_be(rates, misfit)).map(|r| r.column).collect()
+        };
+        // All positive: decay rates and the like are asked of whatever the misfit is.
+        assert_eq!(asked(&[20.0, 30.0], 4.0).len(), 6);
+        assert!(asked(&[-20.0, -30.0], 4.0).is_empty());
+        let mixed = [20.0, -30.0, 45.0];
+        assert!(asked(&mixed, 4.0).is_empty());
+        let all = asked(&mixed, 100.0);
+        assert!(all.contains(&"decay rates") && all.contains(&"growth rates over 2 pi, in Hz"), "{all:?}");
+        assert!(!all.contains(&"quality factors") && !all.iter().any(|c| c.starts_with("reverb")), "{all:?}");
+    }
 }
