@@ -268,9 +268,7 @@ impl Making<'_> {
                 |what: &str, unit| Term { of_a_law: true, ..term(&of(what), &effect.place_text, unit) };
             self.add(&of_law("gain", "1"), &slope);
             if !effect.place.is_along() {
-                self.add(&of_law("delay", "s"), &|of, k| {
-                    Some(times(&slope(of, k)?, -of.probed[k].s))
-                });
+                self.add(&of_law("delay", "s"), &|of, k| Some(times(&slope(of, k)?, -of.probed[k].s)));
             }
         }
     }
