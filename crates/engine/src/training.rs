@@ -10,10 +10,9 @@ use crate::gaussian::Training;
 use crate::observed::{Observed, Used};
 use crate::predictor::{Predictor, Reordered};
 use crate::trained::{OfSeveral, Trained};
-use crate::{Assembly, EngineError, Misfit};
+use crate::{Assembly, EngineError};
 use rijke_inference::{
-    AssessOptions, Data, Evidence, Fit, Forward, Laplace, MapOptions, NoiseEstimate, Parameter, Parameters,
-    Posterior,
+    AssessOptions, Data, Evidence, Fit, Forward, Laplace, MapOptions, Parameter, Parameters, Posterior,
 };
 use rijke_numerics::{Matrix, Order};
 use std::collections::BTreeMap;
@@ -26,11 +25,6 @@ const IMPROBABLE: f64 = 0.01;
 
 /// It has missed one if that search ends more nats lower than this.
 const BETTER: f64 = 1.0;
-
-/// Most times that the effect of errors is taken anew, and the change of it, of one standard deviation of the
-/// errors over the noise of a number, below which it is not.
-const TURNS: usize = 5;
-const SAME_EFFECT: f64 = 0.1;
 
 /// Finds the most probable parameters of `assembly`, their covariance and the evidence.
 ///
@@ -101,32 +95,18 @@ pub fn train(
     let bends = here.map_or_else(Bends::default, |here| Bends::of(assembly, observed, used, values, &here));
     let channels = channels.as_ref();
     let with = WithErrors { assembly, predictor: &predictor, training, blocks, law, drifts, bends, channels };
-    let (mut at, mut trained) = (rough.parameters.clone(), with.fit(&rough.parameters)?);
-    let found = |trained: &Trained| {
-        let of_channels = &trained.values[trained.parameters.len() - (rough.parameters.len() - own)..];
-        [&trained.values[..own], of_channels].concat()
-    };
+    let trained = with.fit(&rough.parameters)?;
     // Other starts may have found a maximum that the fit without errors missed: then their effect is taken
     // there.
-    if training.checks.is_some() && trained.lies_elsewhere(&at[..own]) {
-        match fit.search(&data, order, &training.search.clone().from(&found(&trained))) {
-            Ok(better) if better.cost < rough.cost - BETTER => {
-                trained = with.fit(&better.parameters)?;
-                at = better.parameters;
-            }
-            _ => {}
-        }
+    if training.checks.is_none() || !trained.lies_elsewhere(&rough.parameters[..own]) {
+        return Ok(trained);
     }
-    // What an error does may be another where the parameters are found.
-    for _ in 0..TURNS {
-        let now = found(&trained);
-        if with.change_of_effect(&at[..own], &now[..own], &trained.noise)? < SAME_EFFECT {
-            break;
-        }
-        let Ok(next) = with.fit(&now) else { break };
-        (at, trained) = (now, next);
+    let of_channels = &trained.values[trained.parameters.len() - (rough.parameters.len() - own)..];
+    let from = [&trained.values[..own], of_channels].concat();
+    match fit.search(&data, order, &training.search.clone().from(&from)) {
+        Ok(better) if better.cost < rough.cost - BETTER => with.fit(&better.parameters),
+        _ => Ok(trained),
     }
-    Ok(trained)
 }
 
 /// A training with errors of the base states, of factors, of drifts and of laws.
@@ -187,30 +167,6 @@ impl WithErrors<'_> {
         };
         let errors = errors.and(changes_by_factors_of(assembly, observed, used, values)?);
         Ok(if self.drifts { errors.and(of_drift(observed, used)) } else { errors })
-    }
-
-    /// The largest change of what one standard deviation of all errors does to a number, between two values
-    /// of the model's parameters, over the standard deviation of the number as measured and of its misfit.
-    fn change_of_effect(
-        &self,
-        before: &[f64],
-        after: &[f64],
-        noise: &[NoiseEstimate],
-    ) -> Result<f64, EngineError> {
-        let used = self.blocks.used;
-        let [before, after] = [self.errors_at(before)?, self.errors_at(after)?];
-        let misfit = Misfit::of(noise).measured;
-        let mut largest = 0.0_f64;
-        for (p, u) in used.iter().enumerate() {
-            let numbers: Vec<(usize, usize)> = u.rows.iter().map(|row| (p, *row)).collect();
-            let [before, after] = [&before, &after].map(|errors| errors.covariance(&numbers));
-            for (k, row) in u.rows.iter().enumerate() {
-                let sd = u.covariance[(k, k)].sqrt().hypot(misfit[(*row).min(2)]);
-                let change = (after[(k, k)].sqrt() - before[(k, k)].sqrt()).abs();
-                largest = largest.max(if sd > 0.0 { change / sd } else { 0.0 });
-            }
-        }
-        Ok(largest)
     }
 
     /// What the data tell of `errors` that several points share and that stayed a covariance, and `common`

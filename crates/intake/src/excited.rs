@@ -151,7 +151,7 @@ fn blows(records: &ExcitedRecords, blow: &Blow, study: &Study, tell: &dyn Tell) 
     let mut modes = Vec::new();
     for state in &blow.states {
         for near in &state.near_hz {
-            let Some(BlowMode { s, covariance, excess }) = found.next().flatten() else {
+            let Some(BlowMode { s, covariance }) = found.next().flatten() else {
                 tell.note(format!("{}: no mode near {near} Hz", state.point));
                 continue;
             };
@@ -165,16 +165,6 @@ fn blows(records: &ExcitedRecords, blow: &Blow, study: &Study, tell: &dyn Tell) 
                 with_sd(frequency, frequency_sd),
                 with_sd(s.re, growth_sd)
             ));
-            if let Some([share, sd]) = excess {
-                tell.note(format!(
-                    "{}: the damping of the mode at {frequency:.0} Hz depends on the amplitude: at the begin of the stretch it is {} % {} than at small \
-                     amplitude, in the record in which that is clearest. The error of the growth rate holds what this moves it by; sound that separates at an edge \
-                     does so, and a microphone or an amplifier that saturates: strike more gently, or let `stretch_s` begin later",
-                    state.point,
-                    with_sd(100.0 * share.abs(), 100.0 * sd),
-                    if share > 0.0 { "higher" } else { "lower" }
-                ));
-            }
             modes.push(json!({ "point": state.point, "frequency": [frequency, frequency_sd], "growth_rate": [s.re, growth_sd] }));
         }
     }

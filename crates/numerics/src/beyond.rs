@@ -7,8 +7,8 @@ const CLOSE: f64 = 1e-6;
 /// their squares over their variances is their number (Paule and Mandel, J. Res. Natl. Bur. Stand. 87 (1982)
 /// 377). `each` holds squares of residuals and of their errors; 0 where the errors alone explain them.
 ///
-/// With equal errors it is the mean of the squares less the error's; with unequal ones the mean of the squares
-/// would be that of the least precise.
+/// With equal errors it is the mean of the squares less the error's; with unequal ones the mean of the
+/// squares would be that of the least precise.
 #[must_use]
 pub fn scatter_beyond(each: &[[f64; 2]]) -> f64 {
     let over = |variance: f64| {

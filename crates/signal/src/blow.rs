@@ -1,6 +1,5 @@
 //! Several modes of a record that begins with a blow: a tube that was struck, and rings until it is silent.
 
-use crate::ping::Excesses;
 use crate::random::live_length;
 use crate::repeats::{Repeats, combine, pool};
 use crate::ringdown::pencil::{Decimated, poles};
@@ -35,12 +34,8 @@ pub struct BlowFit {
 pub struct BlowMode {
     /// Growth rate and angular frequency, 1/s.
     pub s: C64,
-    /// Covariance of the two. Where the damping depends on the amplitude, it holds the square of what that
-    /// moves the growth rate by.
+    /// Covariance of the two.
     pub covariance: Matrix,
-    /// By how much the damping at the begin of the stretch exceeds that at small amplitude, as a share of it,
-    /// and its standard deviation, where that is more than noise.
-    pub excess: Option<[f64; 2]>,
 }
 
 /// What several records of like blows tell together.
@@ -74,10 +69,9 @@ const NEAR: f64 = 0.04;
 ///
 /// # Errors
 /// [`Fault::Options`]; [`Fault::UnequalChannels`]; [`Fault::NotFinite`]; [`Fault::DeadChannel`] for a channel
-/// of a single value;
-/// [`Fault::TooShort`] where the record or the stretch before another blow is too short; [`Fault::Clipped`] for
-/// flat tops in the stretch; [`Mishap::NoBlow`] where it does not decay; faults
-/// of the fits, if none of them succeeds.
+/// of a single value; [`Fault::TooShort`] where the record or the stretch before another blow is too short;
+/// [`Fault::Clipped`] for flat tops in the stretch; [`Mishap::NoBlow`] where it does not decay; faults of the
+/// fits, if none of them succeeds.
 pub fn fit_blow(channels: &[Vec<f64>], rate_hz: f64, options: &BlowOptions) -> Result<BlowFit, Fault> {
     let positive = |v: f64| v.is_finite() && v > 0.0;
     if !(positive(rate_hz) && positive(options.highest_hz)) {
@@ -159,18 +153,8 @@ pub fn combine_blows(fits: &[BlowFit]) -> CombinedBlows {
     };
     let mut found: Vec<Option<Repeats>> = (0..count).map(&mut of).collect();
     pool(&mut found.iter_mut().flatten().collect::<Vec<_>>());
-    let mode = |(k, r): (usize, Option<Repeats>)| {
-        let Repeats { mean, covariance, .. } = r?;
-        let modes = fits.iter().filter_map(|fit| fit.modes.get(k)?.as_ref());
-        Some(BlowMode { s: C64::new(mean[0], mean[1]), covariance, excess: clearest(modes) })
-    };
-    CombinedBlows { modes: found.into_iter().enumerate().map(mode).collect(), outliers }
-}
-
-/// The excess of damping that is clearest among those of several fits of a mode.
-fn clearest<'a>(modes: impl Iterator<Item = &'a BlowMode>) -> Option<[f64; 2]> {
-    let clear = |[share, sd]: &[f64; 2]| (share / sd).abs();
-    modes.filter_map(|m| m.excess).max_by(|a, b| clear(a).total_cmp(&clear(b)))
+    let mode = |r: Repeats| BlowMode { s: C64::new(r.mean[0], r.mean[1]), covariance: r.covariance };
+    CombinedBlows { modes: found.into_iter().map(|r| r.map(mode)).collect(), outliers }
 }
 
 /// Whether the first half of a stretch is louder than the second.
@@ -204,7 +188,7 @@ fn together(all: &[BlowMode]) -> Option<BlowMode> {
         };
         all.iter().zip(&weights).map(one).sum::<f64>() / whole
     });
-    Some(BlowMode { s: mean, covariance, excess: clearest(all.iter()) })
+    Some(BlowMode { s: mean, covariance })
 }
 
 /// Where blows begin, s.
@@ -258,21 +242,14 @@ fn fitted(data: &Decimated, options: &BlowOptions) -> Result<Vec<Option<BlowMode
         components.remove(weakest);
     };
     let (strength, variance) = (solution.energies()?, solution.variance());
-    let left = solution.residuals(data.white(), 0.0);
     let wanted = |near: &f64| {
         let is_near = |k: &usize| (solution.components[*k].s.im / (TAU * near) - 1.0).abs() < NEAR;
         let k = (0..solution.components.len())
             .filter(is_near)
             .max_by(|a, b| strength[*a].total_cmp(&strength[*b]))?;
         let whole = solution.mode_covariance(k);
-        let mut covariance = Matrix::from_fn(2, 2, |i, j| variance * whole[(i, j)]);
-        let excess = Excesses::left_by(&solution.led_by(k), &left, data.white().step);
-        let excess = Some(excess).filter(Excesses::is_significant);
-        if let Some(excess) = &excess {
-            covariance[(0, 0)] += excess.shift_of(excess).powi(2);
-        }
-        let excess = excess.map(|x| [x.likelier().share, x.likelier().sd]);
-        Some(BlowMode { s: solution.components[k].s, covariance, excess })
+        let covariance = Matrix::from_fn(2, 2, |i, j| variance * whole[(i, j)]);
+        Some(BlowMode { s: solution.components[k].s, covariance })
     };
     Ok(options.near_hz.iter().map(wanted).collect())
 }

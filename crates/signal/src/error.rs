@@ -211,9 +211,7 @@ pub enum Fault {
     #[error("no signal: the strongest component is {0:.2} times the noise")]
     Weak(f64),
     /// The strongest tone, Hz, lies beside a multiple of the mains, Hz.
-    #[error(
-        "the tone at {0:.1} Hz cannot be distinguished from hum at {1:.0} Hz: drive the mode, or state `mains_hz`"
-    )]
+    #[error("the tone at {0:.1} Hz may be hum at {1:.0} Hz: drive the mode, or state `mains_hz`")]
     BesideMains(f64, f64),
     /// The loudspeaker acted a second time.
     #[error("{}", second_excitation(*at, *factor))]

@@ -106,7 +106,7 @@ pub(crate) fn is_doubtful(fault: &Fault) -> bool {
             | Fault::NotFree { .. }
             | Fault::StillDriven { .. }
             | Fault::NotDecaying(_)
-            | Fault::Mishap(Mishap::Louder { .. } | Mishap::Jumps { .. })
+            | Fault::Mishap(Mishap::Louder { .. })
             | Fault::Unstable(crate::Unstable::GoesOn { .. })
             | Fault::NotConverged { .. }
             | Fault::Singular(_)

@@ -99,9 +99,7 @@ fn judged_fit(trace: &Trace<'_>, options: &PingOptions, noise: &Noise, least: f6
             _ => Ok(found),
         },
         // Louder noise is louder wherever the decay begins.
-        Err(fault)
-            if diagnosis::is_doubtful(&fault) && !matches!(fault, Fault::Mishap(Mishap::Louder { .. })) =>
-        {
+        Err(fault) if diagnosis::is_doubtful(&fault) && !matches!(fault, Fault::Mishap(_)) => {
             if let Some(mishap) = missing() {
                 return Err(mishap.into());
             }

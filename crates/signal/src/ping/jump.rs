@@ -1,10 +1,10 @@
 //! Whether a decay jumps: samples that the acquisition lost, or a kick too weak to be seen in the residuals.
 //!
 //! From some moment on the amplitude of all channels is 1 + e times what the decay before says, e complex. To
-//! first order the residuals hold e b_m e^{st} from there on. Of this step counts only what is at right angles,
-//! under e^{2 sigma t}, to 1 and t, which the fit has taken out; or also to t^2 and t^3, so that neither a
-//! drift of the frequency nor damping that depends on the amplitude is taken for a jump. Every row is tried.
-//! Terms at twice the frequency are left out, and so are the neighbours, as in [`super::chirp`].
+//! first order the residuals hold e b_m e^{st} from there on. Of this step counts only what is at right
+//! angles, under e^{2 sigma t}, to 1 and t, which the fit has taken out; or also to t^2 and t^3, so that
+//! neither a drift of the frequency nor damping that depends on the amplitude is taken for a jump. Every row
+//! is tried. Terms at twice the frequency are left out, and so are the neighbours, as in [`super::chirp`].
 
 use crate::Fault;
 use crate::Mishap;
@@ -21,6 +21,8 @@ pub(super) const BETTER: f64 = 12.0;
 /// loudspeaker acts there.
 const FIRST: f64 = 0.1;
 const PERIODS: f64 = 3.0;
+/// A larger change of the amplitude than this part of it is none to first order, and shows in the residuals.
+const LARGEST: f64 = 0.25;
 /// Part of a sample by which a jump may miss a whole number of them, and deviations.
 const WHOLE: f64 = 0.2;
 const DEVIATIONS: f64 = 4.0;
@@ -50,7 +52,8 @@ pub(super) struct Jump {
 }
 
 impl Jump {
-    /// The jump that explains most of the residuals `left` of a fit; none if the decay is too short for one.
+    /// The jump that explains most of the residuals `left` of a fit; none if it is no small one, or
+    /// the decay too short.
     pub(super) fn of(found: &Solution, left: &[f64], step: f64, smooth: Smooth) -> Option<Self> {
         let (amplitudes, powers) = (&found.amplitudes[0], smooth as usize);
         let (s, rows) = (found.components[0].s, left.len() / amplitudes.len().max(1));
@@ -87,7 +90,8 @@ impl Jump {
             Self { row, gain, ratio: 1.0 + score / information, information }
         };
         let first = (FIRST / decay).max(PERIODS * TAU / (s.im * step)) as usize;
-        (first..rows).map(at).max_by(|a, b| a.gain.total_cmp(&b.gain))
+        let best = (first..rows).map(at).max_by(|a, b| a.gain.total_cmp(&b.gain));
+        best.filter(|jump| (jump.ratio - 1.0).norm() < LARGEST)
     }
 
     /// What it is in a decay `s`, at a time, s, for the variance of the noise.

@@ -59,15 +59,6 @@ impl Solution {
         phasors(&self.components[0], 0.0, rows, step).0
     }
 
-    /// The same with component `k` for the first one, to ask what is left of it; the covariance is that of the
-    /// order before.
-    pub(crate) fn led_by(&self, k: usize) -> Self {
-        let mut led = self.clone();
-        led.components.swap(0, k);
-        led.amplitudes.swap(0, k);
-        led
-    }
-
     /// As [`super::energies`], at the frequencies found.
     pub(crate) fn energies(&self) -> Result<Vec<f64>, Fault> {
         energies_of(&self.linear, |k, m| self.amplitudes[k][m], self.sensitivity.len())

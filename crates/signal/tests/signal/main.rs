@@ -3,6 +3,7 @@
 
 mod any;
 mod beating;
+mod blows;
 mod bound;
 mod calibrated;
 mod chirping;

@@ -106,7 +106,7 @@ fn oracle_both_signs_of_a_parameter_go_on_to_the_next_stage() {
 }
 
 /// The first stage knows the product of two parameters, the second one of them: along the hyperbola the
-/// Gaussian of the first does not hold.
+/// Gaussian of the first is not valid.
 #[test]
 fn message_a_bent_posterior_that_was_handed_on_is_said() {
     let both = parameter("a", 1.0, 0.45) + &parameter("b", 0.05, 0.03);
@@ -115,7 +115,7 @@ fn message_a_bent_posterior_that_was_handed_on_is_said() {
     let stages = ranked(&folder("bent", &law, growth));
     let row = stages[1].models.iter().find(|m| m.id == "x.none").unwrap();
     let said = row.remark.clone().unwrap_or_default();
-    assert!(said.contains("the Gaussian posterior of stage `cold` does not hold"), "{said}");
+    assert!(said.contains("the Gaussian posterior of stage `cold` is not valid"), "{said}");
     assert!(!stages[0].models[0].remark.clone().unwrap_or_default().contains("the Gaussian posterior"));
 }
 
@@ -136,7 +136,7 @@ fn message_a_posterior_that_is_bent_in_the_coordinates_of_its_priors_is_said() {
         row.remark.clone().unwrap_or_default()
     };
     let said = remark("bent-in-logarithms", 0.004);
-    assert!(said.contains("the Gaussian posterior of stage `cold` does not hold"), "{said}");
+    assert!(said.contains("the Gaussian posterior of stage `cold` is not valid"), "{said}");
     let said = remark("straight-in-logarithms", 0.03);
     assert!(!said.contains("the Gaussian posterior"), "{said}");
 }
