@@ -13,6 +13,9 @@ use crate::ringdown::{Component, Kind, Law, Solution, White, glance};
 use rijke_numerics::C64;
 use std::f64::consts::TAU;
 
+/// A jump, and the fit by one mode that it is a jump of.
+pub(super) type Jumped = Box<(Jump, Solution)>;
+
 /// Distance from every known component, Hz, at which a further tone is sought: nearer ones are what the first
 /// guess is for.
 pub(crate) const APART_HZ: f64 = 12.0;
@@ -50,7 +53,7 @@ pub(super) fn fairest(
     (noise, ringing): (f64, Ringing),
     found: Solution,
     fit: &dyn Fn(Vec<Component>) -> Option<Solution>,
-) -> Result<(Solution, Option<Solution>), (Jump, Solution)> {
+) -> Result<(Solution, Option<Solution>), Jumped> {
     let with = |list: &[Component], chirp: Option<f64>, excess: Option<(f64, Law)>, close: bool| {
         let far = |(k, c): &(usize, &Component)| *k == 0 || close || !is_close(c, &list[0]);
         let mut list: Vec<Component> = list.iter().enumerate().filter(far).map(|(_, c)| *c).collect();
@@ -122,7 +125,7 @@ pub(super) fn fairest(
     if let Some((jump, plain)) = jumped {
         let left = (plain.residual - jump.gain) / least + samples * (plain.numbers() + NUMBERS) as f64;
         if jump.gain > jump::CLEAR * least && left + jump::BETTER < cost(&best) {
-            return Err((jump, plain));
+            return Err(Box::new((jump, plain)));
         }
     }
     let rival = pair.filter(|pair| alone && explains(pair));

@@ -110,6 +110,8 @@ fn judged_fit(trace: &Trace<'_>, options: &PingOptions, noise: &Noise, least: f6
                 Err(_) => beats().unwrap_or(Err(fault)),
             }
         }
+        // What lost samples explain is no other jump.
+        Err(fault @ Fault::Mishap(Mishap::Jumps { .. })) => Err(missing().map_or(fault, Into::into)),
         result => result,
     }
 }

@@ -5,10 +5,9 @@ use super::chirp::Drift;
 use super::diagnosis;
 use super::driven;
 use super::excess::Excesses;
-use super::fairest::{self, has_close_neighbour};
+use super::fairest::{self, Jumped, has_close_neighbour};
 use super::forcing::Change;
 use super::judged::Fitted;
-use super::jump::Jump;
 use super::options::PingOptions;
 use super::power;
 use super::rest::{Disagreement, at_rest};
@@ -128,7 +127,8 @@ pub(super) fn fit_whitened(
     let is_curved = Drift::left_by(&solution, inside, step).is_significant()
         || Excesses::left_by(&solution, inside, step).is_significant();
     let mut rival = None;
-    let jumps = |(jump, plain): (Jump, Solution)| {
+    let jumps = |jumped: Jumped| {
+        let (jump, plain) = &*jumped;
         let at = (quiet + order + from + jump.row) as f64 * step;
         jump.fault(plain.components[0].s, at, step, plain.variance().min(noise))
     };

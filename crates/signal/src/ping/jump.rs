@@ -19,13 +19,16 @@ pub(super) const CLEAR: f64 = 33.0;
 pub(super) const BETTER: f64 = 12.0;
 /// Decay times after the start of a fit before which no jump is looked for, and periods: what is left of a
 /// loudspeaker acts there.
-const FIRST: f64 = 0.1;
+const FIRST: f64 = 0.3;
 const PERIODS: f64 = 3.0;
-/// A larger change of the amplitude than this part of it is none to first order, and shows in the residuals.
-const LARGEST: f64 = 0.25;
+/// Parts of the amplitude by which it jumps: by less, any rig does a little of; a larger change is none to first
+/// order, and shows in the residuals.
+const SIZES: [f64; 2] = [0.01, 0.25];
 /// Part of a sample by which a jump may miss a whole number of them, and deviations.
 const WHOLE: f64 = 0.2;
 const DEVIATIONS: f64 = 4.0;
+/// Part of the turn by which the fit of the whole decay may change the size of it.
+const TAKEN_UP: f64 = 0.1;
 /// What is left of a step, relatively, below which it is rounding.
 const ROUNDING: f64 = 1e-6;
 
@@ -91,7 +94,7 @@ impl Jump {
         };
         let first = (FIRST / decay).max(PERIODS * TAU / (s.im * step)) as usize;
         let best = (first..rows).map(at).max_by(|a, b| a.gain.total_cmp(&b.gain));
-        best.filter(|jump| (jump.ratio - 1.0).norm() < LARGEST)
+        best.filter(|jump| (SIZES[0]..SIZES[1]).contains(&(jump.ratio - 1.0).norm()))
     }
 
     /// What it is in a decay `s`, at a time, s, for the variance of the noise.
@@ -100,7 +103,8 @@ impl Jump {
         let (turn, ln) = (s.im * step, self.ratio.ln());
         let (samples, whole) = (ln.im / turn, (ln.im / turn).round());
         let is_whole = (samples - whole).abs() < WHOLE && sd < WHOLE * turn;
-        let has_faded_as_much = (ln.re - s.re * step * whole).abs() < DEVIATIONS * sd;
+        let has_faded_as_much =
+            (ln.re - s.re * step * whole).abs() < DEVIATIONS * sd + TAKEN_UP * ln.im.abs();
         if whole != 0.0 && is_whole && has_faded_as_much {
             let (samples, seconds, frequency_hz) = (whole as isize, whole * step, s.im / TAU);
             return Mishap::LostSamples { at, samples, seconds, frequency_hz }.into();

@@ -86,7 +86,7 @@ impl Search<'_> {
         let fit = |components| self.settled(decimated, components).ok();
         // A jump is no mode.
         fairest::fairest(white, (noise, self.ringing), found, &fit)
-            .map_or_else(|(_, plain)| plain, |(fair, _)| fair)
+            .map_or_else(|jumped| jumped.1, |(fair, _)| fair)
     }
 
     /// Fits `white` by the given components, without the weakest neighbours of the first one if the record

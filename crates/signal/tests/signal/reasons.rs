@@ -169,7 +169,7 @@ fn faults() -> Vec<(&'static str, Harm, Vec<f64>, Right)> {
             |fault| {
                 matches!(
                     fault,
-                    Fault::Mishap(Mishap::LostSamples { .. })
+                    Fault::Mishap(Mishap::LostSamples { .. } | Mishap::Jumps { .. })
                         | Fault::Residual { .. }
                         | Fault::SecondExcitation { .. }
                 )
