@@ -21,8 +21,8 @@ pub(super) const BETTER: f64 = 12.0;
 /// loudspeaker acts there.
 const FIRST: f64 = 0.3;
 const PERIODS: f64 = 3.0;
-/// Parts of the amplitude by which it jumps: by less, any rig does a little of; a larger change is none to first
-/// order, and shows in the residuals.
+/// Parts of the amplitude by which it jumps: any rig does a little less than the first; a larger change than
+/// the second is none to first order, and shows in the residuals.
 const SIZES: [f64; 2] = [0.01, 0.25];
 /// Part of a sample by which a jump may miss a whole number of them, and deviations.
 const WHOLE: f64 = 0.2;
