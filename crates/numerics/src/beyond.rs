@@ -19,7 +19,7 @@ pub fn scatter_beyond(each: &[[f64; 2]]) -> f64 {
     if !squares.is_finite() || over(0.0) <= count {
         return 0.0;
     }
-    // Alone it is at most the mean of the squares.
+    // Without errors it would be the mean of the squares, which is the most that it can be.
     let (mut low, mut high) = (0.0, squares / count);
     while high - low > CLOSE * high {
         let middle = if low > 0.0 { low.sqrt() * high.sqrt() } else { 1e-4 * high };
@@ -49,7 +49,7 @@ mod tests {
 
     #[test]
     fn exact_the_least_precise_do_not_decide() {
-        // Ten residuals of 0.1 with errors of 0.001, and one of 3 with an error of 3: 0.1 beyond.
+        // Ten residuals of 0.1 with errors of 0.001, and one of 3 with an error of 3: the scatter is 0.1.
         let mut each = vec![[0.01, 1e-6]; 10];
         each.push([9.0, 9.0]);
         let found = scatter_beyond(&each);

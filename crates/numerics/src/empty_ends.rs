@@ -78,6 +78,16 @@ pub fn without_empty_ends(
     Ok(if all == text { Cow::Borrowed(text) } else { Cow::Owned(all) })
 }
 
+/// As [`without_empty_ends`], of a table with headings, commas between its cells and comments behind `#`; a
+/// byte-order mark is left out, too.
+///
+/// # Errors
+/// A cell that is not empty behind the last heading.
+pub fn csv_without_empty_ends(text: &str) -> Result<Cow<'_, str>, BehindHeadings> {
+    let bare = text.strip_prefix('\u{feff}').unwrap_or(text);
+    without_empty_ends(bare, ',', true, |row| row.starts_with('#'))
+}
+
 /// Whether a cell holds nothing.
 fn is_empty(cell: &str) -> bool {
     cell.trim().trim_matches('"').trim().is_empty()

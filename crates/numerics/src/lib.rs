@@ -33,7 +33,7 @@ pub use beyond::scatter_beyond;
 pub use cholesky::{Cholesky, forward};
 pub use complex_dual::ComplexDual;
 pub use dense::{DenseError, Matrix, dot, interpolate};
-pub use empty_ends::{BehindHeadings, without_empty_ends};
+pub use empty_ends::{BehindHeadings, csv_without_empty_ends, without_empty_ends};
 pub use failure::{Blame, Classify, Failed};
 pub use field::{GridField, Lines, Zero};
 pub use files::{LARGEST_TEXT, Unreadable, open_file, read_bytes, read_text};

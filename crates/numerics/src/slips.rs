@@ -10,6 +10,10 @@ pub const PRANDTL: [f64; 2] = [0.1, 1.5];
 /// Viscosities of gases at 20 degrees Celsius, Pa s.
 pub const VISCOSITY: [f64; 2] = [5e-6, 5e-5];
 
+/// Gains of a flame over its mean, which is about 1: outside they are most often in another unit, such as per
+/// cent.
+pub const FLAME_GAINS: [f64; 2] = [0.01, 10.0];
+
 /// Ducts colder than this, K, most often are so warm in degrees Celsius.
 pub const COLD: f64 = 200.0;
 /// Gas constants from this on, J/(kg K), are those of helium and hydrogen, which stay gases where it is

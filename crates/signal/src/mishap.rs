@@ -28,8 +28,8 @@ pub enum Mishap {
     },
     /// What should ring after a blow does not become quieter.
     #[error(
-        "from {:.3} to {:.3} s the record does not become quieter below {highest_hz:.0} Hz, as what was struck does: it is noise, a tone that goes on, or not \
-         the time after the blow. Look for the blow in the record, and state `stretch_s` after it",
+        "from {:.3} to {:.3} s the record does not become quieter below {highest_hz:.0} Hz, as it would after a blow: it holds noise, a tone that goes on, or a \
+         time before the blow. Look for the blow in the record, and state `stretch_s` after it",
         seconds[0], seconds[1]
     )]
     NoBlow {
@@ -38,10 +38,9 @@ pub enum Mishap {
         /// The highest frequency that was looked at, Hz.
         highest_hz: f64,
     },
-    /// The decay jumps by little.
+    /// A small jump of the decay.
     #[error(
-        "the decay jumps at {at:.3} s: from then on its amplitude is {:+.2} % and its phase {degrees:+.2} degrees away from what it is before, at once and in all \
-         channels. Neither a drift of the gas nor damping does that: the rig was struck, the loudspeaker acted again, or samples are missing there",
+        "the decay jumps at {at:.3} s: its amplitude changes by {:+.2} % and its phase by {degrees:+.2} degrees there, at once and in all channels. Neither a drift of the gas nor damping does that: the rig was struck, the loudspeaker acted again, or samples are missing there",
         100.0 * (factor - 1.0)
     )]
     Jumps {

@@ -1,7 +1,7 @@
 //! The text of a file, and where in it something stands.
 
 use crate::{StudyError, StudyProblem};
-use rijke_numerics::without_empty_ends;
+use rijke_numerics::csv_without_empty_ends;
 use rijke_numerics::words::{line_of, of_toml};
 use serde::de::DeserializeOwned;
 use std::borrow::Cow;
@@ -45,7 +45,7 @@ impl Source {
         if let Some(between) = between.filter(|_| !header.contains(',')) {
             source.text = with_commas(&source.text, between);
         }
-        match without_empty_ends(&source.text, ',', true, |row| row.starts_with('#')) {
+        match csv_without_empty_ends(&source.text) {
             Ok(Cow::Borrowed(_)) => Ok(source),
             Ok(Cow::Owned(text)) => Ok(Self { text, ..source }),
             Err(behind) => Err(source.at_line(behind.line, StudyProblem::Csv(behind.to_string()))),

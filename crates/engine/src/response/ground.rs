@@ -185,10 +185,10 @@ impl Ground {
         let share = 100.0 * model.undescribed?;
         let law = model.law.as_ref().filter(|law| choice.contains_key(&law.role));
         let goes_on = law.map_or(String::new(), |law| {
-            format!("; this misfit is taken for an error of the law of `{}` here, so that these modes say little of it", law.role)
+            format!("; here this misfit counts as an error of the law of `{}`, so these modes determine little of it", law.role)
         });
         Some(format!(
-            "this stage stands on \"{}\", whose data {} does not describe: it leaves {share:.0} % of them{goes_on}. Mend that first",
+            "this stage stands on \"{}\", whose data {} does not describe: its residuals are {share:.0} % of them{goes_on}. Correct that stage first",
             self.title, model.id
         ))
     }

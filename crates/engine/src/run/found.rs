@@ -77,8 +77,8 @@ impl Missing {
         others.map(|law| {
             let [value, sd] = law.strength;
             format!(
-                "these modes alone ask for {} = {}, {:.0} standard deviations from none: what an earlier stage found of this law does not agree with them; check the \
-                 normalisation, the unit and the conditions of what trained it (`factor`) before a further term is looked for",
+                "these modes alone give {} = {}, {:.0} standard deviations from zero, which contradicts the result of an earlier stage for this law; check the \
+                 normalisation (`factor`), the unit and the conditions of the data that trained it before you look for a further term",
                 law.words(),
                 quantity(value, sd, &law.unit),
                 (value / sd).abs()

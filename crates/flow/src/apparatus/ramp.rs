@@ -1,7 +1,7 @@
 //! Ramps: runs of the rig in which the power changes, and pings are taken before the flow has settled.
 
 use super::point::TubePoint;
-use rijke_numerics::without_empty_ends;
+use rijke_numerics::csv_without_empty_ends;
 use rijke_rig::files::{read_text, write_through};
 use rijke_rig::{Problem, RigError};
 use serde::{Deserialize, Serialize};
@@ -81,9 +81,8 @@ impl Ramp {
             column: 1,
             message,
         };
-        let bare = text.strip_prefix('\u{feff}').unwrap_or(&text);
-        let text = without_empty_ends(bare, ',', true, |row| row.starts_with('#'))
-            .map_err(|behind| wrong(behind.line as u64, behind.to_string()))?;
+        let text =
+            csv_without_empty_ends(&text).map_err(|behind| wrong(behind.line as u64, behind.to_string()))?;
         let syntax = |e: csv::Error| wrong(e.position().map_or(1, csv::Position::line), e.to_string());
         let mut reader =
             csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_reader(text.as_bytes());

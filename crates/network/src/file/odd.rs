@@ -4,6 +4,7 @@ use super::item::Item;
 use super::layout::{Placed, SAME};
 use super::schema::{Element, Hole, Screen};
 use super::warning::Warning;
+use rijke_numerics::slips::FLAME_GAINS;
 use rijke_numerics::words::{rounded, to_digits};
 
 /// Walls of a mouth thicker than so many of its radii are in another unit: beyond ten, thickness changes
@@ -82,15 +83,13 @@ pub(super) fn heated(item: &Item, mean: f64, [before, behind]: [f64; 2]) -> Opti
     })
 }
 
-/// Gain of a flame, over its mean, above which it is most often in per cent.
-const PER_CENT: f64 = 10.0;
-/// The same where `gain` holds the ratio of temperatures too.
+/// Gain of a flame above which it is most often in per cent where `gain` includes the ratio of temperatures.
 const WITH_RATIO: f64 = 100.0;
 
 /// The table of a flame with a gain that no flame has; `n` if that is its factor.
 pub(super) fn large(item: &Item, n: Option<f64>, rows: &[[f64; 3]]) -> Option<Warning> {
     let largest = n.unwrap_or(1.0) * rows.iter().fold(0.0, |most: f64, row| most.max(row[1].abs()));
-    (largest > if n.is_some() { PER_CENT } else { WITH_RATIO }).then(|| {
+    (largest > if n.is_some() { FLAME_GAINS[1] } else { WITH_RATIO }).then(|| {
         let what = format!("its largest gain is {}, and a flame answers with about 1", rounded(largest));
         Warning::range(item, what, "if the table is in per cent, divide its gains by 100")
     })

@@ -1,12 +1,10 @@
 //! Numbers of an OSCILOS_lite folder that look like another unit.
 
 use super::oscilos::{OscilosTexts, rows};
+use rijke_numerics::slips::is_too_long;
 use rijke_numerics::words::to_digits;
 use std::f64::consts::PI;
 
-/// Longer rigs than this, m, and of so many wavelengths at the highest frequency, are in millimetres.
-const LONG: f64 = 100.0;
-const MOST_WAVELENGTHS: f64 = 200.0;
 /// Delays below this, ms, are those of no flame and no end: in seconds they would be.
 const SHORT: f64 = 0.05;
 
@@ -55,7 +53,7 @@ fn of_the_geometry(texts: &OscilosTexts) -> Vec<String> {
     {
         let length = sections.iter().map(|row| row[0]).fold(0.0, f64::max);
         let wavelength = (1.4 * 287.0 * flow[1]).sqrt() / scan[1];
-        if length > LONG && length > MOST_WAVELENGTHS * wavelength {
+        if is_too_long(length, wavelength) {
             doubts.push(format!(
                 "Geometry.txt: the rig is {} m long, {:.0} wavelengths at {} Hz, which looks like millimetres: give positions and radii in m, {} m in all",
                 to_digits(length, 6),

@@ -8,7 +8,7 @@ use crate::error::RigError;
 use crate::files::read_text;
 use crate::problem::Problem;
 use crate::records::set::Day;
-use rijke_numerics::{Cholesky, Matrix, without_empty_ends};
+use rijke_numerics::{Cholesky, Matrix, csv_without_empty_ends};
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -61,9 +61,7 @@ pub(super) fn read_csv<'a>(path: &'a Path, header: &'a [String]) -> Result<Vec<R
 /// spreadsheet.
 pub(super) fn table(path: &Path) -> Result<String, RigError> {
     let text = read_text(path)?;
-    let bare = text.strip_prefix('\u{feff}').unwrap_or(&text);
-    let cut = without_empty_ends(bare, ',', true, |row| row.starts_with('#'));
-    let cut = cut.map_err(|behind| RigError::Syntax {
+    let cut = csv_without_empty_ends(&text).map_err(|behind| RigError::Syntax {
         path: path.to_owned(),
         line: behind.line,
         column: behind.column,

@@ -112,7 +112,7 @@ pub(super) fn fairest(
     let plain = plain.min_by(|a, b| a.residual.total_cmp(&b.residual)).filter(|_| !ringing.is_some());
     let jumped = plain.and_then(|plain| {
         let jump = Jump::of(plain, &plain.residuals(white, 0.0), white.step, Smooth::Fitted)?;
-        Some((jump, plain.clone()))
+        (jump.gain > jump::CLEAR * least).then(|| (jump, plain.clone()))
     });
     let best =
         others.into_iter().fold(found, |best, next| if cost(&next) < cost(&best) { next } else { best });
@@ -124,7 +124,7 @@ pub(super) fn fairest(
     let alone = best.components[0].is_curved() && !has_close_neighbour(&best.components);
     if let Some((jump, plain)) = jumped {
         let left = (plain.residual - jump.gain) / least + samples * (plain.numbers() + NUMBERS) as f64;
-        if jump.gain > jump::CLEAR * least && left + jump::BETTER < cost(&best) {
+        if left + jump::BETTER < cost(&best) {
             return Err(Box::new((jump, plain)));
         }
     }

@@ -6,9 +6,8 @@
 //! neither a drift of the frequency nor damping that depends on the amplitude is taken for a jump. Every row
 //! is tried. Terms at twice the frequency are left out, and so are the neighbours, as in [`super::chirp`].
 
-use crate::Fault;
-use crate::Mishap;
 use crate::ringdown::Solution;
+use crate::{Fault, Mishap};
 use rijke_numerics::{C64, Cholesky, Matrix};
 use std::f64::consts::TAU;
 
@@ -21,15 +20,16 @@ pub(super) const BETTER: f64 = 12.0;
 /// loudspeaker acts there.
 const FIRST: f64 = 0.3;
 const PERIODS: f64 = 3.0;
-/// Parts of the amplitude by which it jumps: any rig does a little less than the first; a larger change than
-/// the second is none to first order, and shows in the residuals.
+/// The least and the largest part of the amplitude by which a decay that jumps is refused. Sound records show
+/// smaller jumps; larger ones are seen in the residuals, and the first order does not describe them.
 const SIZES: [f64; 2] = [0.01, 0.25];
 /// Part of a sample by which a jump may miss a whole number of them, and deviations.
 const WHOLE: f64 = 0.2;
 const DEVIATIONS: f64 = 4.0;
-/// Part of the turn by which the fit of the whole decay may change the size of it.
+/// Part of the turn of the phase by which the size may differ, too: the fit of the whole decay has taken up
+/// some of the jump.
 const TAKEN_UP: f64 = 0.1;
-/// What is left of a step, relatively, below which it is rounding.
+/// Part of a step that must be left behind smooth changes; less is rounding.
 const ROUNDING: f64 = 1e-6;
 
 /// Powers of t that are no jump.

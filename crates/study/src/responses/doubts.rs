@@ -3,6 +3,7 @@
 use super::ObservedResponse;
 use crate::StudyProblem;
 use rijke_numerics::C64;
+use rijke_numerics::slips::FLAME_GAINS;
 use rijke_numerics::words::rounded;
 use std::f64::consts::PI;
 
@@ -164,16 +165,13 @@ pub(super) fn far(frequency_hz: &[f64], [low, high]: [f64; 2]) -> Option<String>
     })
 }
 
-/// A flame answers with about 1: half of the gains above the first, or all below the second, are in another
-/// unit.
-const GAINS: [f64; 2] = [10.0, 0.01];
-
-/// Whether the gains of a flame are far from 1, as they are in per cent.
+/// What is said of gains of a flame that are far from 1, as in per cent: of half of them above
+/// [`FLAME_GAINS`], or of all below.
 pub(super) fn gains(rows: &Rows) -> Option<String> {
     let mut gains: Vec<f64> = rows.values.iter().map(|z| z.norm()).collect();
     gains.sort_by(f64::total_cmp);
     let (least, most) = (*gains.first()?, *gains.last()?);
-    let [large, small] = GAINS;
+    let [small, large] = FLAME_GAINS;
     let remedy = match (gains[gains.len() / 2] > large, most < small) {
         (true, _) => {
             "if they are per cent, write abs [%] in `columns`, or divide both parts by 100; if they are another quantity, give its `factor`"
