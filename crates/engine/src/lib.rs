@@ -6,6 +6,7 @@ mod data;
 mod delays;
 mod error;
 mod errors;
+mod fitting;
 pub mod folder;
 mod gaussian;
 mod groups;
@@ -23,6 +24,7 @@ mod spectrum;
 pub mod told;
 mod trained;
 mod training;
+mod with_errors;
 
 pub use assembly::Assembly;
 pub use conditions::{Conditions, Displaced};

@@ -113,6 +113,11 @@ impl<'a> Bends<'a> {
         }
     }
 
+    /// Whether no error is bent.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.causes.is_empty()
+    }
+
     /// Whether an error is bent.
     pub(crate) fn holds(&self, cause: &Cause) -> bool {
         self.causes.contains(cause)

@@ -124,6 +124,12 @@ impl Common {
         (0..self.known).map(|k| [handed_on(&self.causes[k]), name(k)]).collect()
     }
 
+    /// The error of each cause where the directions have these values, `found`; behind them stand others.
+    pub(crate) fn found(&self, found: &[f64]) -> impl Iterator<Item = (Cause, f64)> {
+        let along = |j: usize| (0..self.shares.columns()).map(|k| self.shares[(j, k)] * found[k]).sum();
+        self.causes.iter().enumerate().map(move |(j, cause)| (cause.clone(), along(j)))
+    }
+
     /// What a training tells of the causes that later stages want. `found` is all that it found; these
     /// parameters stand there behind the model's `own`.
     ///

@@ -59,6 +59,45 @@ impl PointErrors {
         self
     }
 
+    /// What errors of these sizes, in their standard deviations, do to all numbers, point after point.
+    pub(crate) fn effect(&self, used: &[Used], sizes: &BTreeMap<Cause, f64>) -> Vec<f64> {
+        let mut all = Vec::with_capacity(used.iter().map(Used::size).sum());
+        for (list, u) in self.points.iter().zip(used) {
+            let mut sum = vec![0.0; u.size()];
+            for (cause, change) in list {
+                if let Some(size) = sizes.get(cause) {
+                    sum.iter_mut().zip(change).for_each(|(s, c)| *s += size * c);
+                }
+            }
+            all.extend(sum);
+        }
+        all
+    }
+
+    /// The mean of each cause that is part of the covariance of the data, in its standard deviations, as the
+    /// first numbers of each point tell it, `most` of each: S'C^-1 r. `pulls` are C^-1 r of the data, each a
+    /// number of the prediction by its `order`.
+    pub(crate) fn told(
+        &self,
+        used: &[Used],
+        order: &[usize],
+        pulls: &[f64],
+        most: impl Fn(usize) -> usize,
+    ) -> BTreeMap<Cause, f64> {
+        let mut placed = vec![0.0; used.iter().map(Used::size).sum()];
+        order.iter().zip(pulls).for_each(|(&place, pull)| placed[place] = *pull);
+        let (mut all, mut offset) = (BTreeMap::new(), 0);
+        for (p, (list, u)) in self.points.iter().zip(used).enumerate() {
+            let own = &placed[offset..offset + u.size().min(most(p))];
+            for (cause, change) in list {
+                let sum: &mut f64 = all.entry(cause.clone()).or_default();
+                *sum += own.iter().zip(change).map(|(pull, c)| pull * c).sum::<f64>();
+            }
+            offset += u.size();
+        }
+        all
+    }
+
     /// The causes that points of different installations share (`same` tells whether two are of one), or
     /// would share if there were such points, and those that go on from stage to stage; what each does to all
     /// numbers, point after point, `sizes` of each; and the errors without them.

@@ -291,19 +291,20 @@ pub(crate) fn drawn(
 ) -> ObservedModes {
     let mut stream = streams.stream(name);
     let base = |o: &Observed| o.conditions.base.clone();
-    drawn_in(chosen, like, &mut stream, measured, &base)
+    drawn_in(chosen, like, &mut stream, [1.0, if measured { 1.0 } else { 0.0 }], &base)
 }
 
-/// As [`drawn`], in gas that differs from what is stated of it.
+/// As [`drawn`], in gas that differs from what is stated of it; misfit and measured errors are so many times as
+/// large.
 pub(crate) fn drawn_in(
     chosen: &Chosen,
     like: &ObservedModes,
     stream: &mut Stream,
-    measured: bool,
+    [misfit_times, measured_times]: [f64; 2],
     base: &dyn Fn(&Observed) -> PointState,
 ) -> ObservedModes {
     let values = &chosen.trained.values[..chosen.trained.own];
-    let sds = Misfit::of(&chosen.trained.noise).measured;
+    let sds = Misfit::of(&chosen.trained.noise).measured.map(|sd| misfit_times * sd);
     let count = chosen.assembly.rig.microphones.at.len();
     let modes = chosen.observed.iter().map(|o| {
         let microphones: Vec<usize> = (0..count).collect();
@@ -326,7 +327,7 @@ pub(crate) fn drawn_in(
             }
             _ => sds[2].powi(2) * shape[(i - 2, j - 2)],
         });
-        let covariance = misfit.plus(if measured { 1.0 } else { 0.0 }, &o.mode.covariance);
+        let covariance = misfit.plus(measured_times * measured_times, &o.mode.covariance);
         let xi: Vec<f64> = (0..n).map(|_| StandardNormal.sample(stream)).collect();
         let noise = Cholesky::new(&covariance).unwrap().lower().times(&xi);
         let pressure =

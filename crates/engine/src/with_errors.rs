@@ -1,0 +1,269 @@
+//! A training with errors of base states, of factors, of drifts and of laws.
+//!
+//! A prediction is a straight line in these errors e, y(p, e) = y(p, e0) + S (e - e0), with the slopes S taken
+//! at parameters p0 and errors e0. Where these are the most probable ones, so are they without this
+//! simplification: that is Gauss and Newton's method (Bell & Cathey, IEEE Trans. Autom. Control 38 (1993)
+//! 294, on the iterated Kalman filter). They are found in turns.
+
+use crate::data::{Blocks, in_one_block};
+use crate::errors::{
+    Bends, Carried, ChannelsOfModes, Common, LawErrors, Learned, PointErrors, ThroughChannels,
+    changes_by_factors_of, of_drift,
+};
+use crate::fitting::{Fitting, parameters};
+use crate::gaussian::Training;
+use crate::observed::Observed;
+use crate::predictor::Predictor;
+use crate::trained::{OfSeveral, Trained};
+use crate::{Assembly, Conditions, EngineError};
+use rijke_inference::{Data, Fit, Forward, ForwardError, MapOptions, Posterior, Prediction};
+use rijke_numerics::Order;
+use rijke_study::Cause;
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+/// Most turns.
+const TURNS: usize = 6;
+/// They end where what straight lines miss moves no parameter by more than this part of its standard
+/// deviation, and the evidence by less than so many nats.
+const MISSED: f64 = 0.1;
+const NATS: f64 = 0.1;
+/// States further away than so many standard deviations are not asked for: a model that needs them does not
+/// describe its data.
+const FARTHEST: f64 = 4.0;
+
+/// A training with errors.
+pub(crate) struct WithErrors<'a> {
+    pub(crate) assembly: &'a Assembly,
+    pub(crate) predictor: &'a Predictor<'a>,
+    pub(crate) training: &'a Training,
+    pub(crate) blocks: Blocks<'a>,
+    pub(crate) law: Option<LawErrors>,
+    /// Whether pings that drift have errors of it.
+    pub(crate) drifts: bool,
+    pub(crate) bends: Bends<'a>,
+    pub(crate) channels: Option<&'a ChannelsOfModes>,
+}
+
+/// Where slopes are taken.
+struct About {
+    /// Parameters of the model, then of the channels.
+    parameters: Vec<f64>,
+    /// Errors of the base states, in their standard deviations; others are zero.
+    errors: BTreeMap<Cause, f64>,
+}
+
+/// What a fit with slopes that were taken somewhere is made of.
+struct Parts<'a> {
+    fitting: Fitting<'a>,
+    data: Data,
+    order: Vec<usize>,
+    options: MapOptions,
+    common: &'a Common,
+    /// The errors that stay a covariance.
+    rest: PointErrors,
+    /// The slopes of errors of base states, and of the others.
+    of_states: &'a PointErrors,
+    others: &'a PointErrors,
+    /// The model at the errors where slopes were taken.
+    there: &'a Predictor<'a>,
+}
+
+impl WithErrors<'_> {
+    /// The fit that begins at `at`, parameters of the model and then of the channels.
+    ///
+    /// # Errors
+    /// Those of [`train`](crate::train).
+    pub(crate) fn fit(&self, at: &[f64]) -> Result<Trained, EngineError> {
+        let mut about = About { parameters: at.to_vec(), errors: BTreeMap::new() };
+        for _ in 0..TURNS {
+            // What cannot be searched from here is searched, and refused, by the fit that counts.
+            let Ok(Some(next)) = self.about(&about, |parts| self.nearer(parts)) else { break };
+            about = next;
+        }
+        self.about(&about, |parts| self.finished(parts))
+    }
+
+    /// What `then` makes of a fit with slopes taken there.
+    fn about<T>(
+        &self,
+        about: &About,
+        then: impl FnOnce(Parts<'_>) -> Result<T, EngineError>,
+    ) -> Result<T, EngineError> {
+        let (training, channels, bends) = (self.training, self.channels, &self.bends);
+        let Blocks { observed, used, assemblies, .. } = self.blocks;
+        let assembly = self.assembly;
+        let own = assembly.parameters().len();
+        let (values, of_channels) = about.parameters.split_at(own);
+        let moved = about.states(observed);
+        let displaced = match &moved {
+            Cow::Borrowed(_) => None,
+            Cow::Owned(moved) => Some(Predictor::new(assembly, moved, used)?),
+        };
+        let there = displaced.as_ref().unwrap_or(self.predictor);
+        let of_states = match training.base_errors {
+            true => PointErrors::new(assembly, &moved, used, values)?,
+            false => PointErrors::none(observed.len()),
+        };
+        let others = self.others(&moved, values)?;
+        let effect = of_states.effect(used, &about.errors);
+        let straight = Shifted { inner: there, by: effect.iter().map(|e| -e).collect() };
+        let (common, rest) =
+            Common::of(of_states.clone().and(others.clone()), observed, used, training, bends)?;
+        let alone = !training.base_errors && rest.is_none();
+        let (data, order) = if alone { self.blocks.apart() } else { self.blocks.together(&rest) }?;
+        let shared = [common.parameters(), assemblies.parameters()].concat();
+        let slopes = assemblies.behind(common.slopes());
+        let parameters = parameters(assembly, &shared, &common.known(), channels, training)?;
+        let bent = bends.placed(used, |cause| common.direction_of(cause));
+        let carried = Carried { inner: &straight, own, slopes: &slopes, bends: &bent };
+        let through = ThroughChannels::new(&carried, own + shared.len(), channels, observed, used);
+        let start = [values, &vec![0.0; shared.len()], of_channels].concat();
+        then(Parts {
+            fitting: Fitting { assembly, training, model: &through, parameters: &parameters },
+            options: training.search.clone().from(&start),
+            data,
+            order,
+            common: &common,
+            rest,
+            of_states: &of_states,
+            others: &others,
+            there,
+        })
+    }
+
+    /// Where a fit ends, if straight lines miss too much there.
+    fn nearer(&self, parts: Parts<'_>) -> Result<Option<About>, EngineError> {
+        // Nodes of a bend are models of states without errors.
+        if !self.bends.is_empty() {
+            return Ok(None);
+        }
+        let Parts { fitting, data, order, options, common, rest, of_states, others, there } = parts;
+        let Blocks { observed, used, .. } = self.blocks;
+        let fit = fitting.search(&data, order.clone(), &options)?;
+        let (laplace, linear) = fitting.linearised(&data, order.clone(), &fit)?;
+        let found = self.found(&fit, common, &rest, &order, linear.pulls());
+        let own = self.assembly.parameters().len();
+        let values = &fit.parameters[..own];
+        let channels = fit.parameters.len() - self.channels.map_or(0, |c| c.parameters.len());
+        let next = About {
+            parameters: [values, &fit.parameters[channels..]].concat(),
+            errors: found.iter().map(|(c, e)| (c.clone(), e.clamp(-FARTHEST, FARTHEST))).collect(),
+        };
+        let moved = next.states(observed);
+        let exact = Predictor::new(self.assembly, &moved, used)?.predict(values, Order::Value)?;
+        let here = there.predict(values, Order::Value)?;
+        let others_there = self.others(&moved, values)?;
+        let mut missed = vec![0.0; here.values.len()];
+        let add = |to: &mut [f64], sign: f64, of: &[f64]| {
+            to.iter_mut().zip(of).for_each(|(t, o)| *t += sign * o);
+        };
+        add(&mut missed, 1.0, &exact.values);
+        add(&mut missed, -1.0, &here.values);
+        add(&mut missed, -1.0, &of_states.effect(used, &next.errors));
+        add(&mut missed, 1.0, &others_there.effect(used, &found));
+        add(&mut missed, -1.0, &others.effect(used, &found));
+        let change: Vec<f64> = order.iter().map(|&place| missed[place]).collect();
+        let change = linear.moved(&change);
+        let far = |i: usize| change.step[i].abs() > MISSED * laplace.covariance[(i, i)].sqrt();
+        let misses = (0..own).any(far) || change.ln_evidence.abs() > NATS;
+        Ok(misses.then_some(next))
+    }
+
+    /// The most probable errors by a fit, in their standard deviations.
+    fn found(
+        &self,
+        fit: &Fit,
+        common: &Common,
+        rest: &PointErrors,
+        order: &[usize],
+        pulls: &[f64],
+    ) -> BTreeMap<Cause, f64> {
+        let Blocks { observed, used, .. } = self.blocks;
+        let own = self.assembly.parameters().len();
+        // Where they are in other blocks, pressures have errors of their own.
+        let one_block = in_one_block(rest, observed, used);
+        let mut found = rest.told(used, order, pulls, |p| if one_block[p] { usize::MAX } else { 2 });
+        found.extend(common.found(&fit.parameters[own..]));
+        found
+    }
+
+    /// The fit that counts, and what follows from it.
+    fn finished(&self, parts: Parts<'_>) -> Result<Trained, EngineError> {
+        let Parts { fitting, data, order, options, common, rest, .. } = parts;
+        let Blocks { observed, assemblies, .. } = self.blocks;
+        let trained = fitting.finish(&data, order, options, observed.len())?;
+        let Trained { linear, noise, parameters, values, covariance, .. } = &trained;
+        let learned = assemblies.learned(linear, noise, (&**parameters, &**values, covariance));
+        let (for_predictions, told) = self.told(common, &rest, &trained);
+        let mut warnings = common.explained(trained.warnings);
+        warnings.extend(self.bends.warning());
+        let trained = Trained { learned, told, warnings, common: Some(for_predictions), ..trained };
+        let own = self.assembly.parameters().len();
+        let causes = common.learned(&self.training.causes, own, &trained.gaussian());
+        Ok(Trained { causes, ..trained })
+    }
+
+    /// Errors that are not of base states, with their effect at `values` of the model's parameters.
+    fn others(&self, observed: &[Observed], values: &[f64]) -> Result<PointErrors, EngineError> {
+        let (assembly, used) = (self.assembly, self.blocks.used);
+        let mut errors = PointErrors::none(observed.len());
+        if let Some(law) = &self.law {
+            errors = errors.and(law.changes(observed, used, values)?);
+        }
+        let errors = errors.and(changes_by_factors_of(assembly, observed, used, values)?);
+        Ok(if self.drifts { errors.and(of_drift(observed, used)) } else { errors })
+    }
+
+    /// What the data tell of `errors` that several points share and that stayed a covariance, and `common`
+    /// with these.
+    fn told(&self, common: &Common, errors: &PointErrors, trained: &Trained) -> (Common, OfSeveral) {
+        let Blocks { observed, used, .. } = self.blocks;
+        let (linear, order) = &*trained.linear;
+        let one_block = in_one_block(errors, observed, used);
+        let (_, apart) =
+            errors.of_several(observed, used, order, |p| if one_block[p] { 0 } else { usize::MAX });
+        let (of_several, columns) =
+            errors.of_several(observed, used, order, |p| if one_block[p] { usize::MAX } else { 2 });
+        let (for_predictions, names) = common.with(of_several);
+        let of_parameters = (&*trained.parameters, &*trained.values, &trained.covariance);
+        let learned = Learned::of(linear, names, &columns, &vec![1.0; columns.len()], of_parameters);
+        (for_predictions, OfSeveral { learned, columns, apart })
+    }
+}
+
+impl About {
+    /// The observations in base states with these errors.
+    fn states<'o>(&self, observed: &'o [Observed]) -> Cow<'o, [Observed]> {
+        let has = |o: &Observed| o.conditions.base.errors.iter().any(|e| self.errors.contains_key(&e.cause));
+        if !observed.iter().any(has) {
+            return Cow::Borrowed(observed);
+        }
+        let moved = |o: &Observed| {
+            let errors = o.conditions.base.errors.iter();
+            let sds: Vec<f64> = errors.map(|e| self.errors.get(&e.cause).copied().unwrap_or(0.0)).collect();
+            let base = o.conditions.base.displaced(&sds);
+            Observed { conditions: Arc::new(Conditions { base, ..(*o.conditions).clone() }), ..o.clone() }
+        };
+        Cow::Owned(observed.iter().map(moved).collect())
+    }
+}
+
+/// A model with a constant added to each number.
+struct Shifted<'a> {
+    inner: &'a Predictor<'a>,
+    by: Vec<f64>,
+}
+
+impl Forward for Shifted<'_> {
+    fn predict(&self, parameters: &[f64], order: Order) -> Result<Prediction, ForwardError> {
+        let mut found = self.inner.predict(parameters, order)?;
+        found.values.iter_mut().zip(&self.by).for_each(|(value, by)| *value += by);
+        Ok(found)
+    }
+
+    fn highest_order(&self) -> Order {
+        self.inner.highest_order()
+    }
+}
