@@ -16,7 +16,7 @@ use crate::observed::Observed;
 use crate::predictor::Predictor;
 use crate::trained::{OfSeveral, Trained};
 use crate::{Assembly, Conditions, EngineError};
-use rijke_inference::{Data, Fit, Forward, ForwardError, MapOptions, Posterior, Prediction};
+use rijke_inference::{Data, Fit, Forward, ForwardError, MapOptions, Prediction, TrustRegion};
 use rijke_numerics::Order;
 use rijke_study::Cause;
 use std::borrow::Cow;
@@ -24,11 +24,16 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 /// Most turns.
-const TURNS: usize = 6;
+const TURNS: usize = 4;
 /// They end where what straight lines miss moves no parameter by more than this part of its standard
 /// deviation, and the evidence by less than so many nats.
 const MISSED: f64 = 0.1;
-const NATS: f64 = 0.1;
+const NATS: f64 = 0.2;
+/// Where they miss less than this many standard deviations, the next turn is the last: each misses about a
+/// tenth of what the one before does.
+const NEAR: f64 = 3.0;
+/// What a search may leave to gain where it only tells where slopes are to be taken, nats.
+const LEFT: f64 = 1e-3;
 /// States further away than so many standard deviations are not asked for: a model that needs them does not
 /// describe its data.
 const FARTHEST: f64 = 4.0;
@@ -47,11 +52,15 @@ pub(crate) struct WithErrors<'a> {
 }
 
 /// Where slopes are taken.
+#[derive(Default)]
 struct About {
     /// Parameters of the model, then of the channels.
     parameters: Vec<f64>,
-    /// Errors of the base states, in their standard deviations; others are zero.
+    /// All errors that were found, in their standard deviations. Slopes are taken at those of the base states,
+    /// and at no others.
     errors: BTreeMap<Cause, f64>,
+    /// What was found of assemblies.
+    assemblies: Vec<f64>,
 }
 
 /// What a fit with slopes that were taken somewhere is made of.
@@ -66,8 +75,17 @@ struct Parts<'a> {
     /// The slopes of errors of base states, and of the others.
     of_states: &'a PointErrors,
     others: &'a PointErrors,
-    /// The model at the errors where slopes were taken.
+    /// The model at the errors where slopes were taken, and what straight lines add there to every number.
     there: &'a Predictor<'a>,
+    added: &'a [f64],
+}
+
+/// What a turn ends with.
+enum Turn {
+    /// The fit that counts.
+    Last(Box<Trained>),
+    /// Where slopes are to be taken next, and whether straight lines from there miss too little to ask again.
+    Next { about: About, is_near: bool },
 }
 
 impl WithErrors<'_> {
@@ -76,13 +94,32 @@ impl WithErrors<'_> {
     /// # Errors
     /// Those of [`train`](crate::train).
     pub(crate) fn fit(&self, at: &[f64]) -> Result<Trained, EngineError> {
-        let mut about = About { parameters: at.to_vec(), errors: BTreeMap::new() };
-        for _ in 0..TURNS {
-            // What cannot be searched from here is searched, and refused, by the fit that counts.
-            let Ok(Some(next)) = self.about(&about, |parts| self.nearer(parts)) else { break };
-            about = next;
+        let mut about = About { parameters: at.to_vec(), ..About::default() };
+        // Nodes of a bend are models of states without errors.
+        let mut turns = if self.bends.is_empty() { TURNS } else { 0 };
+        loop {
+            match self.about(&about, |parts| self.turn(parts, turns == 0))? {
+                Turn::Last(trained) => return Ok(*trained),
+                Turn::Next { about: next, is_near } => {
+                    about = next;
+                    turns = if is_near { 0 } else { turns - 1 };
+                }
+            }
         }
-        self.about(&about, |parts| self.finished(parts))
+    }
+
+    /// One turn: the fit that counts, if it `is_last` or straight lines miss too little for another.
+    fn turn(&self, mut parts: Parts<'_>, is_last: bool) -> Result<Turn, EngineError> {
+        // What cannot be searched from here is searched, and refused, by the fit that counts.
+        let search = TrustRegion { tolerance: LEFT, ..parts.options.search.clone() };
+        let quick = MapOptions { search, ..parts.options.clone() };
+        if !is_last && let Ok(fit) = parts.fitting.search(&parts.data, parts.order.clone(), &quick) {
+            if let Some(next) = self.nearer(&parts, &fit)? {
+                return Ok(next);
+            }
+            parts.options = parts.options.from(&fit.parameters);
+        }
+        Ok(Turn::Last(Box::new(self.finished(&parts)?)))
     }
 
     /// What `then` makes of a fit with slopes taken there.
@@ -107,10 +144,10 @@ impl WithErrors<'_> {
             false => PointErrors::none(observed.len()),
         };
         let others = self.others(&moved, values)?;
-        let effect = of_states.effect(used, &about.errors);
-        let straight = Shifted { inner: there, by: effect.iter().map(|e| -e).collect() };
+        let added = of_states.effect(used, &about.near());
+        let straight = Shifted { inner: there, less: &added };
         let (common, rest) =
-            Common::of(of_states.clone().and(others.clone()), observed, used, training, bends)?;
+            Common::of(of_states.clone().beside(others.clone()), observed, used, training, bends)?;
         let alone = !training.base_errors && rest.is_none();
         let (data, order) = if alone { self.blocks.apart() } else { self.blocks.together(&rest) }?;
         let shared = [common.parameters(), assemblies.parameters()].concat();
@@ -119,7 +156,9 @@ impl WithErrors<'_> {
         let bent = bends.placed(used, |cause| common.direction_of(cause));
         let carried = Carried { inner: &straight, own, slopes: &slopes, bends: &bent };
         let through = ThroughChannels::new(&carried, own + shared.len(), channels, observed, used);
-        let start = [values, &vec![0.0; shared.len()], of_channels].concat();
+        let mut of_assemblies = about.assemblies.clone();
+        of_assemblies.resize(assemblies.parameters().len(), 0.0);
+        let start = [values, &common.directions(&about.errors), &of_assemblies, of_channels].concat();
         then(Parts {
             fitting: Fitting { assembly, training, model: &through, parameters: &parameters },
             options: training.search.clone().from(&start),
@@ -130,30 +169,31 @@ impl WithErrors<'_> {
             of_states: &of_states,
             others: &others,
             there,
+            added: &added,
         })
     }
 
-    /// Where a fit ends, if straight lines miss too much there.
-    fn nearer(&self, parts: Parts<'_>) -> Result<Option<About>, EngineError> {
-        // Nodes of a bend are models of states without errors.
-        if !self.bends.is_empty() {
-            return Ok(None);
-        }
-        let Parts { fitting, data, order, options, common, rest, of_states, others, there } = parts;
+    /// Where slopes are to be taken instead of there, if straight lines miss too much where a search ended.
+    fn nearer(&self, parts: &Parts<'_>, fit: &Fit) -> Result<Option<Turn>, EngineError> {
+        let Parts { fitting, data, order, of_states, others, there, added, .. } = parts;
         let Blocks { observed, used, .. } = self.blocks;
-        let fit = fitting.search(&data, order.clone(), &options)?;
-        let (laplace, linear) = fitting.linearised(&data, order.clone(), &fit)?;
-        let found = self.found(&fit, common, &rest, &order, linear.pulls());
+        let (laplace, linear) = fitting.linearised(data, order.clone(), fit)?;
         let own = self.assembly.parameters().len();
         let values = &fit.parameters[..own];
-        let channels = fit.parameters.len() - self.channels.map_or(0, |c| c.parameters.len());
+        let of_channels = fit.parameters.len() - self.channels.map_or(0, |c| c.parameters.len());
+        let directions = parts.common.slopes().columns();
         let next = About {
-            parameters: [values, &fit.parameters[channels..]].concat(),
-            errors: found.iter().map(|(c, e)| (c.clone(), e.clamp(-FARTHEST, FARTHEST))).collect(),
+            parameters: [values, &fit.parameters[of_channels..]].concat(),
+            assemblies: fit.parameters[own + directions..of_channels].to_vec(),
+            errors: self.found(parts, &fit.parameters, linear.pulls()),
         };
+        let found = &next.errors;
         let moved = next.states(observed);
-        let exact = Predictor::new(self.assembly, &moved, used)?.predict(values, Order::Value)?;
-        let here = there.predict(values, Order::Value)?;
+        let next_there = Predictor::new(self.assembly, &moved, used)?;
+        let [Ok(exact), Ok(here)] = [&next_there, *there].map(|model| model.predict(values, Order::Value))
+        else {
+            return Ok(None);
+        };
         let others_there = self.others(&moved, values)?;
         let mut missed = vec![0.0; here.values.len()];
         let add = |to: &mut [f64], sign: f64, of: &[f64]| {
@@ -161,42 +201,37 @@ impl WithErrors<'_> {
         };
         add(&mut missed, 1.0, &exact.values);
         add(&mut missed, -1.0, &here.values);
-        add(&mut missed, -1.0, &of_states.effect(used, &next.errors));
-        add(&mut missed, 1.0, &others_there.effect(used, &found));
-        add(&mut missed, -1.0, &others.effect(used, &found));
+        add(&mut missed, -1.0, &of_states.effect(used, &next.near()));
+        add(&mut missed, 1.0, added);
+        add(&mut missed, 1.0, &others_there.effect(used, found));
+        add(&mut missed, -1.0, &others.effect(used, found));
         let change: Vec<f64> = order.iter().map(|&place| missed[place]).collect();
         let change = linear.moved(&change);
-        let far = |i: usize| change.step[i].abs() > MISSED * laplace.covariance[(i, i)].sqrt();
-        let misses = (0..own).any(far) || change.ln_evidence.abs() > NATS;
-        Ok(misses.then_some(next))
+        let far = |i: usize| change.step[i].abs() / laplace.covariance[(i, i)].sqrt();
+        let far = (0..own).map(far).fold(change.ln_evidence.abs() * MISSED / NATS, f64::max);
+        Ok((far > MISSED).then_some(Turn::Next { about: next, is_near: far < NEAR }))
     }
 
-    /// The most probable errors by a fit, in their standard deviations.
-    fn found(
-        &self,
-        fit: &Fit,
-        common: &Common,
-        rest: &PointErrors,
-        order: &[usize],
-        pulls: &[f64],
-    ) -> BTreeMap<Cause, f64> {
+    /// The most probable errors, in their standard deviations, where a search ended.
+    fn found(&self, parts: &Parts<'_>, values: &[f64], pulls: &[f64]) -> BTreeMap<Cause, f64> {
         let Blocks { observed, used, .. } = self.blocks;
         let own = self.assembly.parameters().len();
         // Where they are in other blocks, pressures have errors of their own.
-        let one_block = in_one_block(rest, observed, used);
-        let mut found = rest.told(used, order, pulls, |p| if one_block[p] { usize::MAX } else { 2 });
-        found.extend(common.found(&fit.parameters[own..]));
+        let one_block = in_one_block(&parts.rest, observed, used);
+        let most = |p: usize| if one_block[p] { usize::MAX } else { 2 };
+        let mut found = parts.rest.told(used, &parts.order, pulls, most);
+        found.extend(parts.common.found(&values[own..]));
         found
     }
 
     /// The fit that counts, and what follows from it.
-    fn finished(&self, parts: Parts<'_>) -> Result<Trained, EngineError> {
+    fn finished(&self, parts: &Parts<'_>) -> Result<Trained, EngineError> {
         let Parts { fitting, data, order, options, common, rest, .. } = parts;
         let Blocks { observed, assemblies, .. } = self.blocks;
-        let trained = fitting.finish(&data, order, options, observed.len())?;
+        let trained = fitting.finish(data, order.clone(), options.clone(), observed.len())?;
         let Trained { linear, noise, parameters, values, covariance, .. } = &trained;
         let learned = assemblies.learned(linear, noise, (&**parameters, &**values, covariance));
-        let (for_predictions, told) = self.told(common, &rest, &trained);
+        let (for_predictions, told) = self.told(common, rest, &trained);
         let mut warnings = common.explained(trained.warnings);
         warnings.extend(self.bends.warning());
         let trained = Trained { learned, told, warnings, common: Some(for_predictions), ..trained };
@@ -234,15 +269,21 @@ impl WithErrors<'_> {
 }
 
 impl About {
+    /// The errors, none further than [`FARTHEST`].
+    fn near(&self) -> BTreeMap<Cause, f64> {
+        self.errors.iter().map(|(c, e)| (c.clone(), e.clamp(-FARTHEST, FARTHEST))).collect()
+    }
+
     /// The observations in base states with these errors.
     fn states<'o>(&self, observed: &'o [Observed]) -> Cow<'o, [Observed]> {
         let has = |o: &Observed| o.conditions.base.errors.iter().any(|e| self.errors.contains_key(&e.cause));
         if !observed.iter().any(has) {
             return Cow::Borrowed(observed);
         }
+        let near = self.near();
         let moved = |o: &Observed| {
             let errors = o.conditions.base.errors.iter();
-            let sds: Vec<f64> = errors.map(|e| self.errors.get(&e.cause).copied().unwrap_or(0.0)).collect();
+            let sds: Vec<f64> = errors.map(|e| near.get(&e.cause).copied().unwrap_or(0.0)).collect();
             let base = o.conditions.base.displaced(&sds);
             Observed { conditions: Arc::new(Conditions { base, ..(*o.conditions).clone() }), ..o.clone() }
         };
@@ -250,16 +291,16 @@ impl About {
     }
 }
 
-/// A model with a constant added to each number.
+/// A model with a constant taken from each number.
 struct Shifted<'a> {
     inner: &'a Predictor<'a>,
-    by: Vec<f64>,
+    less: &'a [f64],
 }
 
 impl Forward for Shifted<'_> {
     fn predict(&self, parameters: &[f64], order: Order) -> Result<Prediction, ForwardError> {
         let mut found = self.inner.predict(parameters, order)?;
-        found.values.iter_mut().zip(&self.by).for_each(|(value, by)| *value += by);
+        found.values.iter_mut().zip(self.less).for_each(|(value, less)| *value -= less);
         Ok(found)
     }
 

@@ -8,7 +8,7 @@ use crate::{EngineError, NamedGaussian};
 use rijke_inference::{Parameter, Prior};
 use rijke_numerics::{Matrix, principal_directions};
 use rijke_study::Cause;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// The errors that all installations have in common: those of the flow's own parameters, say, which one
 /// calibration gave to all states.
@@ -128,6 +128,16 @@ impl Common {
     pub(crate) fn found(&self, found: &[f64]) -> impl Iterator<Item = (Cause, f64)> {
         let along = |j: usize| (0..self.shares.columns()).map(|k| self.shares[(j, k)] * found[k]).sum();
         self.causes.iter().enumerate().map(move |(j, cause)| (cause.clone(), along(j)))
+    }
+
+    /// The value of each direction that belongs to these errors; causes that are not among them have none.
+    pub(crate) fn directions(&self, errors: &BTreeMap<Cause, f64>) -> Vec<f64> {
+        let error = |cause: &Cause| errors.get(cause).copied().unwrap_or(0.0);
+        let along = |k: usize| {
+            let causes = self.causes.iter().enumerate();
+            causes.map(|(j, cause)| self.shares[(j, k)] * error(cause)).sum()
+        };
+        (0..self.shares.columns()).map(along).collect()
     }
 
     /// What a training tells of the causes that later stages want. `found` is all that it found; these

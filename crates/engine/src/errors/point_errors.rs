@@ -59,6 +59,11 @@ impl PointErrors {
         self
     }
 
+    /// With other errors of the same points.
+    pub(crate) fn beside(self, others: Self) -> Self {
+        self.and(others.points)
+    }
+
     /// What errors of these sizes, in their standard deviations, do to all numbers, point after point.
     pub(crate) fn effect(&self, used: &[Used], sizes: &BTreeMap<Cause, f64>) -> Vec<f64> {
         let mut all = Vec::with_capacity(used.iter().map(Used::size).sum());

@@ -240,6 +240,11 @@ impl<'a> PointModel<'a> {
         }
     }
 
+    /// Whether lengths, areas and temperatures are those of a rig at these values of the parameters.
+    pub(crate) fn is_possible(&self, values: &[f64]) -> bool {
+        self.filled(values).is_ok()
+    }
+
     fn solve<'m>(
         &'m self,
         values: &'m [f64],

@@ -2,10 +2,13 @@
 //! as large as its noise says.
 
 use super::course::{Chosen, Run};
-use super::found::{Checks, PointCheck, SumCheck};
+use super::found::{Checks, NoiseCheck, PointCheck, SumCheck};
 use crate::EngineError;
+use crate::noise::MEASURED;
+use crate::observed::Used;
 use rayon::prelude::*;
-use rijke_numerics::Streams;
+use rijke_inference::relative_noise;
+use rijke_numerics::{Matrix, Streams};
 use rijke_study::plan::Stage;
 
 /// Shift of the parameters from which on a linearised density is doubted.
@@ -103,6 +106,7 @@ impl Run {
         let streams = Streams::new(u64::from_le_bytes(*b"checks\0\0"));
         let draw = |k: usize| linear.draw(&mut streams.stream(&format!("engine/checks/{k}"))).pulls;
         let draws: Vec<Vec<f64>> = (0..DRAWS).into_par_iter().map(draw).collect();
+        let noise = OwnNoise::of(chosen, &chosen.used(&self.rig, stage), &rows, stage.noise.measured);
         let kinds = [
             ("growth rates", [0, 1]),
             ("angular frequencies", [1, 2]),
@@ -114,12 +118,21 @@ impl Run {
             let places: Vec<usize> = (0..rows.len()).filter(|&i| (from..to).contains(&rows[i].1)).collect();
             let chi_squared = linear.squares(linear.pulls(), &places);
             let floats = places.iter().map(|&i| linear.floats(i)).sum::<f64>() / places.len() as f64;
+            let own = noise.sum(linear.pulls(), &places);
+            let drawn: Vec<f64> = draws.iter().map(|d| noise.sum(d, &places)).collect();
+            let below = drawn.iter().filter(|d| **d <= own).count();
+            let of_noise = (noise.floats(&places) < 0.5).then(|| NoiseCheck {
+                chi_squared: own,
+                expected: drawn.iter().sum::<f64>() / DRAWS as f64,
+                probability: (1.0 + below as f64) / (1.0 + DRAWS as f64),
+            });
             let above = || draws.iter().filter(|d| linear.squares(d, &places) >= chi_squared).count();
             (!places.is_empty()).then(|| SumCheck {
                 what: what.to_owned(),
                 count: places.len(),
                 chi_squared,
                 law: law.clone(),
+                of_noise,
                 probability: (floats < 0.5).then(|| (1.0 + above() as f64) / (1.0 + DRAWS as f64)),
             })
         };
@@ -129,5 +142,69 @@ impl Run {
             residuals,
             sums: kinds.into_iter().filter_map(sum).collect(),
         })
+    }
+}
+
+/// The noise that each datum has apart from the errors that data share.
+struct OwnNoise {
+    /// Its covariance with data of the same observation, by their places.
+    rows: Vec<Vec<(usize, f64)>>,
+    /// Variance of each, and what of it the data chose.
+    variances: Vec<[f64; 2]>,
+}
+
+impl OwnNoise {
+    /// That of the data at `rows`, with what was measured of it or without.
+    fn of(chosen: &Chosen, used: &[Used], rows: &[(usize, usize)], measured: bool) -> Self {
+        let sums = |floating: bool| {
+            MEASURED.map(|name| -> f64 {
+                let own = chosen.trained.noise.iter().filter(|n| n.name == name);
+                own.filter(|n| n.floats || !floating).map(|n| n.sd * n.sd).sum()
+            })
+        };
+        let [all, chosen_here] = [sums(false), sums(true)];
+        let kind = |row: usize| row.min(2);
+        let (mut list, mut variances) = (Vec::with_capacity(rows.len()), Vec::with_capacity(rows.len()));
+        let shapes: Vec<Matrix> = used.iter().map(|u| relative_noise(&u.pressures)).collect();
+        for &(p, row) in rows {
+            let u = &used[p];
+            let place = |row: usize| u.rows.iter().position(|r| *r == row);
+            let covariance = |other: usize| -> f64 {
+                let stated = match (place(row), place(other)) {
+                    (Some(a), Some(b)) if measured => u.covariance[(a, b)],
+                    _ => 0.0,
+                };
+                stated
+                    + match (row.checked_sub(2), other.checked_sub(2)) {
+                        (Some(a), Some(b)) => all[2] * shapes[p][(a, b)],
+                        _ if row == other => all[kind(row)],
+                        _ => 0.0,
+                    }
+            };
+            let same = rows.iter().enumerate().filter(|(_, (q, _))| *q == p);
+            list.push(same.map(|(j, (_, other))| (j, covariance(*other))).collect());
+            let shape = row.checked_sub(2).map_or(1.0, |k| shapes[p][(k, k)]);
+            variances.push([covariance(row), chosen_here[kind(row)] * shape]);
+        }
+        Self { rows: list, variances }
+    }
+
+    /// The sum of squares of what the noise of the data at `places` most probably was, R C^-1 r, in its
+    /// standard deviations; `pulls` are C^-1 r of all data.
+    fn sum(&self, pulls: &[f64], places: &[usize]) -> f64 {
+        let one = |&i: &usize| {
+            let was: f64 = self.rows[i].iter().map(|(j, c)| c * pulls[*j]).sum();
+            if self.variances[i][0] > 0.0 { was * was / self.variances[i][0] } else { 0.0 }
+        };
+        places.iter().map(one).sum()
+    }
+
+    /// The mean share of it that the data chose.
+    fn floats(&self, places: &[usize]) -> f64 {
+        let one = |&i: &usize| match self.variances[i] {
+            [whole, chosen] if whole > 0.0 => chosen / whole,
+            _ => 1.0,
+        };
+        places.iter().map(one).sum::<f64>() / places.len() as f64
     }
 }

@@ -151,10 +151,8 @@ impl Checks {
     #[must_use]
     pub fn doubts(&self) -> Vec<String> {
         let one = |s: &SumCheck| {
-            let p = s.probability?;
             let SumCheck { what, count, chi_squared, .. } = s;
-            let times = (*count as f64 / chi_squared).sqrt();
-            if p < Self::NEVER {
+            if let Some(p) = s.probability.filter(|p| *p < Self::NEVER) {
                 return Some(format!(
                     "chi-squared of the {what} is too large: {chi_squared:.1} for {count} numbers (p < {:.3}). Stated noise or errors are too small, \
                      or points are wrong, so the evidence and all standard deviations of this stage are not reliable: let a stated noise float, \
@@ -162,17 +160,25 @@ impl Checks {
                     p + 5e-4
                 ));
             }
-            (p > 1.0 - Self::NEVER && times > TOO_LARGE).then(|| match &s.law {
-                Some(role) => format!(
-                    "the noise of the {what} is about {times:.1} times too large: chi-squared is {chi_squared:.1} for {count} numbers. The misfit of the law \
-                     of `{role}`, which an earlier stage found, is a part of it: look there first; the standard deviations of parameters are too large, and \
-                     differences of evidence too small"
-                ),
-                None => format!(
-                    "the stated noise of the {what} is about {times:.1} times too large: chi-squared is {chi_squared:.1} for {count} numbers; the \
-                     standard deviations of parameters are therefore too large, and differences of evidence too small"
-                ),
-            })
+            match &s.law {
+                Some(role) => {
+                    let times = (*count as f64 / chi_squared).sqrt();
+                    let is_small = s.probability.is_some_and(|p| p > 1.0 - Self::NEVER);
+                    (is_small && times > TOO_LARGE).then(|| format!(
+                        "the noise of the {what} is about {times:.1} times too large: chi-squared is {chi_squared:.1} for {count} numbers. The misfit of the law \
+                         of `{role}`, which an earlier stage found, is a part of it: look there first; the standard deviations of parameters are too large, and \
+                         differences of evidence too small"
+                    ))
+                }
+                None => {
+                    let NoiseCheck { chi_squared, expected, probability } = s.of_noise.as_ref()?;
+                    let times = (expected / chi_squared).sqrt();
+                    (*probability < Self::NEVER && times > TOO_LARGE).then(|| format!(
+                        "the stated noise of the {what} is about {times:.1} times too large: chi-squared of the noise alone is {chi_squared:.1}, and \
+                         {expected:.1} is expected; the standard deviations of parameters are therefore too large, and differences of evidence too small"
+                    ))
+                }
+            }
         };
         self.sums.iter().filter_map(one).collect()
     }
@@ -210,6 +216,20 @@ pub struct SumCheck {
     /// it is stated or was chosen here.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub law: Option<String>,
+    /// The noise alone; none where the data chose more than half of it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub of_noise: Option<NoiseCheck>,
+}
+
+/// The noise of one kind of residuals alone, without errors that several of them share.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct NoiseCheck {
+    /// Sum of squares of what it most probably was, in its standard deviations.
+    pub chi_squared: f64,
+    /// The mean of that sum over data of the model itself.
+    pub expected: f64,
+    /// Probability that such data have a smaller one.
+    pub probability: f64,
 }
 
 /// A term in words.
@@ -287,14 +307,16 @@ impl ExactLengths {
 
 #[cfg(test)]
 mod tests {
-    use super::{Asked, Checks, Family, Missing, SumCheck};
+    use super::{Asked, Checks, Family, Missing, NoiseCheck, SumCheck};
 
     /// Who stated 1 1/s, and was right, must not read that it is 162 times too large.
     #[test]
     fn message_noise_of_an_earlier_law_is_not_called_stated() {
         let said = |law: Option<&str>| {
             let (what, law) = ("growth rates".to_owned(), law.map(str::to_owned));
-            let sum = SumCheck { what, count: 6, chi_squared: 2.3e-4, probability: Some(0.999), law };
+            let of_noise = Some(NoiseCheck { chi_squared: 2.3e-4, expected: 6.0, probability: 1e-3 });
+            let sum =
+                SumCheck { what, count: 6, chi_squared: 2.3e-4, probability: Some(0.999), law, of_noise };
             Checks { sums: vec![sum], ..Checks::default() }.doubts().join("")
         };
         assert!(
@@ -313,6 +335,7 @@ mod tests {
                 chi_squared,
                 probability: Some(0.0),
                 law: None,
+                of_noise: None,
             }],
             ..Checks::default()
         };

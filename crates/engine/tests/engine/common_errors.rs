@@ -166,6 +166,58 @@ fn modes(count: usize) -> String {
     table
 }
 
+/// Gas 30 K warmer than a thermometer of 12 K says, with data that see 0.05 K: where effects of errors are
+/// taken at the fit without them, the modulus lies 30 of its standard deviations away.
+#[test]
+fn oracle_gas_far_from_its_thermometer_as_an_unknown_temperature() {
+    let found = |name: &str, unknown: bool| {
+        let gas = match unknown {
+            true => "temperature = \"$hot\"",
+            false => "temperature = \"293.15 K\"\ntemperature_sd = \"12 K\"",
+        };
+        let hot = "[unknown.hot]\nunit = \"K\"\nprior = { normal = { mean = 293.15, sd = 12.0 } }\n";
+        let rig = TUBE.replace("length = \"x\"", &format!("length = \"x\"\n{gas}"));
+        let rig = format!("{rig}{}", if unknown { hot } else { "" });
+        let speed = speed() * (323.15_f64 / 293.15).sqrt();
+        let rows = |of: &dyn Fn(usize, f64) -> String| -> String {
+            (0..6).map(|i| of(i, 0.8 + 0.1 * i as f64)).collect()
+        };
+        let heard = rows(&|i, x| {
+            let scatter = [0.5, -0.7, 0.2][i % 3];
+            let growth = speed * 0.9_f64.ln() / x + 0.01 * scatter;
+            format!("p{i},{growth},0.01,{},0.02\n", 0.5 * speed / x - 0.02 * scatter)
+        });
+        let folder = Folder::new(
+            name,
+            &[
+                ("rig.toml", rig.as_str()),
+                ("campaign.csv", &format!("point,x [m]\n{}", rows(&|i, x| format!("p{i},{x}\n")))),
+                (
+                    "study.toml",
+                    &plan("base = \"rig\"").replace("points = {}\n", "points = {}\nbase_errors = true\n"),
+                ),
+                ("observations/observations.toml", "kind = \"virtual\"\nsource = \"closed form\"\n"),
+                (
+                    "observations/modes.csv",
+                    &format!(
+                        "point,growth_rate [1/s],growth_rate_sd [1/s],frequency [Hz],frequency_sd [Hz]\n{heard}"
+                    ),
+                ),
+            ],
+        );
+        let study = Study::open(&folder.0).unwrap();
+        let mut run = Run::new(study.clone(), &study.observations().unwrap(), Trusted::Laplace).unwrap();
+        let stage = run.next_stage().unwrap().unwrap();
+        let r = stage.models[0].parameters.iter().find(|p| p.name == "r").unwrap().clone();
+        (stage.models[0].ln_evidence(), r.value, r.sd)
+    };
+    let (evidence, value, sd) = found("far-error", false);
+    let (slow_evidence, slow_value, slow_sd) = found("far-unknown", true);
+    let said = format!("{evidence} {slow_evidence}, r = {value} {slow_value} +- {sd} {slow_sd}");
+    assert!((evidence - slow_evidence).abs() < 0.02, "{said}");
+    assert!((value - slow_value).abs() < 0.05 * slow_sd && (sd / slow_sd - 1.0).abs() < 0.01, "{said}");
+}
+
 #[test]
 fn message_a_factor_without_errors_has_none_in_common() {
     let folder = folder("message", &plan("common_errors = [\"T_amb\"]"));

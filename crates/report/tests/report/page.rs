@@ -75,6 +75,7 @@ fn stage() -> StageRecord {
                 chi_squared: 3.25,
                 probability: Some(0.197),
                 law: None,
+                of_noise: None,
             }],
         }),
     }

@@ -104,7 +104,23 @@ impl Library {
         values: &[f64],
         rows: &[(usize, usize)],
     ) -> Result<Self, EngineError> {
-        let spots = spots(assembly, observed);
+        let mut spots = spots(assembly, observed);
+        // The grid lies in the rig as its priors have it; where a length or a place is inferred, parts may
+        // have moved across it.
+        if assembly.rig.is_of_unknown_shape() {
+            let stands = |x: Option<f64>, o: &Observed, u: &Used| -> Result<bool, EngineError> {
+                let Some(x) = x else { return Ok(true) };
+                Ok(PointModel::with_cuts(assembly, &o.conditions, &u.microphones, &[x])?.is_possible(values))
+            };
+            for spot in spots.iter_mut().filter(|spot| !spot.named) {
+                for (k, (o, u)) in observed.iter().zip(used).enumerate() {
+                    if !stands(spot.at[k], o, u)? {
+                        spot.at[k] = None;
+                    }
+                }
+            }
+            spots.retain(|spot| spot.at.iter().any(Option::is_some));
+        }
         let probe = |(k, (o, u)): (usize, (&Observed, &Used))| -> Result<Probed, EngineError> {
             let xs: Vec<f64> = spots.iter().filter_map(|spot| spot.at[k]).collect();
             let model = PointModel::with_cuts(assembly, &o.conditions, &u.microphones, &xs)?;

@@ -4,6 +4,7 @@ use super::super::combined::{assembly_of, rows_of};
 use super::super::course::{Chosen, Elsewhere, Found, Run, StandsOn, Trusted, microphones_of};
 use super::super::parameter::parameters;
 use super::super::record::{EvidenceRecord, ModelRecord, misfit};
+use super::super::suspects::apart::Stated;
 use super::super::suspects::doubts::{beyond_tables, doubts, feeding, other_sign};
 use super::super::suspects::matching::check_modes;
 use super::super::suspects::shapes::{Shape, outlying};
@@ -137,8 +138,9 @@ impl Run {
         (fitted, shapes): (&[[f64; 2]], &[Shape<'_>]),
     ) -> Vec<String> {
         let (assembly, trained) = (&found.assembly, &found.trained);
-        let vary = stage.noise.installation.is_some() || !stage.noise.varying.is_empty();
-        let mut all = doubts(&found.observed, fitted, record.misfit, floats(&trained.noise), vary);
+        let installations = stage.noise.installation.is_some() || !stage.noise.varying.is_empty();
+        let stated = Stated { installations, gas: stage.base_errors };
+        let mut all = doubts(&found.observed, fitted, record.misfit, floats(&trained.noise), stated);
         let beyond = models
             .iter()
             .filter(|_| assembly.has_tables())

@@ -132,6 +132,15 @@ impl Common {
     }
 }
 
+/// What a stage states that points may have in common.
+#[derive(Clone, Copy, Default)]
+pub(in crate::run) struct Stated {
+    /// A noise between installations.
+    pub(in crate::run) installations: bool,
+    /// Errors of the gas.
+    pub(in crate::run) gas: bool,
+}
+
 /// Ambient temperature of a point and its standard deviation, K: where the campaign does not state it, that
 /// of the gas at the first place.
 fn ambient(o: &Observed) -> [f64; 2] {
@@ -141,7 +150,7 @@ fn ambient(o: &Observed) -> [f64; 2] {
 
 /// By how much days scatter about the model where their points do not, in a sentence without its stop; `sd`
 /// is the standard deviation of a measured frequency, rad/s. Single days of which that is said are `named`
-/// and do not count. `installations_vary` where the stage states a noise between installations.
+/// and do not count.
 ///
 /// An analysis of variance of the frequencies relative to those of the model: many days that are off hide
 /// each other where each is compared with all others, and each counts as many points though it has one
@@ -150,7 +159,7 @@ pub(in crate::run) fn scattered_days(
     there: &[Held<'_>],
     sd: f64,
     named: &[Apart<'_>],
-    installations_vary: bool,
+    stated: Stated,
 ) -> Option<String> {
     let counts = |t: &Held<'_>| {
         !Common::Day.name(t).is_empty() && !named.iter().any(|group| group.has(&t.0.conditions.id))
@@ -160,7 +169,7 @@ pub(in crate::run) fn scattered_days(
     let (n, g) = (all.len() as f64, days.len() as f64);
     // Installations of one day each that are stated to vary make days differ.
     let installations = || days.values().all(|day| Common::Installation.one(day).is_some());
-    if days.len() < 3 || n < 2.0 * g || (installations_vary && installations()) {
+    if days.len() < 3 || n < 2.0 * g || (stated.installations && installations()) {
         return None;
     }
     let relative = |of: &[Held<'_>]| mean_and_squares(of.iter().map(|t| (t.1 - t.2) / t.2));
@@ -172,14 +181,18 @@ pub(in crate::run) fn scattered_days(
     // What the days themselves scatter by: a mean over the points of a day has a share of their noise.
     let scatter = ((between - noise).max(0.0) * g / n).sqrt();
     // An error of T_amb that counts is inferred, and the frequencies are those of the gas that it makes.
-    let kelvin = all.iter().map(|t| ambient(t.0)[0]).sum::<f64>() / n;
+    let [kelvin, known] = [0, 1].map(|k| all.iter().map(|t| ambient(t.0)[k]).sum::<f64>() / n);
+    let of_ambient = 2.0 * kelvin * scatter;
+    if stated.gas && of_ambient < known {
+        return None;
+    }
     (f_as_normal(between / noise, [g - 1.0, n - g]) > APART).then(|| {
         format!(
             "the frequencies of the {g} days scatter about the model by {:.2} % from day to day, far more than within a day. The points of a day \
              seem to share an error that is not stated, such as {:.1} K of T_amb; standard deviations of parameters count {n} independent errors \
              instead, and are too small. State T_amb_sd in campaign.csv, with base_errors = true",
             100.0 * scatter,
-            2.0 * kelvin * scatter
+            of_ambient
         )
     })
 }

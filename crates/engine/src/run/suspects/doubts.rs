@@ -1,7 +1,7 @@
 //! What speaks against a model although its evidence may be the best: sentences for people.
 
 use super::super::parameter::TrainedParameter;
-use super::apart::{Apart, Common, Held, scattered_days};
+use super::apart::{Apart, Common, Held, Stated, scattered_days};
 use crate::noise::measured_sd;
 use crate::{BeyondTable, Observed};
 use rijke_inference::{Parameter, Prior};
@@ -38,13 +38,13 @@ const SHAPES: f64 = 0.1;
 
 /// Reasons to doubt a model whose growth rates and angular frequencies at the points are `predicted`;
 /// `misfit` is what it leaves of growth rate, angular frequency and pressures, and `floats` whether the first
-/// two were found, not stated. `installations_vary` where the stage states a noise between installations.
+/// two were found, not stated.
 pub(in crate::run) fn doubts(
     observed: &[Observed],
     predicted: &[[f64; 2]],
     misfit: [f64; 3],
     floats: [bool; 2],
-    installations_vary: bool,
+    stated: Stated,
 ) -> Vec<String> {
     let mut all = Vec::new();
     for (k, what) in ["growth rates", "frequencies"].into_iter().enumerate() {
@@ -83,12 +83,12 @@ pub(in crate::run) fn doubts(
         let frequencies = k == 1;
         // A temperature moves frequencies, a part at another place both.
         // Where installations are stated to vary, the one of a day is compared with the others.
-        let own = |day: &Apart<'_>| !(installations_vary && day.is_one_installation());
+        let own = |day: &Apart<'_>| !(stated.installations && day.is_one_installation());
         let day = if frequencies { Common::Day.apart(&there, sd, true, false).filter(own) } else { None };
         let installation = if day.is_some() {
             None
         } else {
-            Common::Installation.apart(&there, sd, frequencies, installations_vary)
+            Common::Installation.apart(&there, sd, frequencies, stated.installations)
         };
         let apart: Vec<Apart<'_>> = day.into_iter().chain(installation).collect();
         // Not once more as single points.
@@ -98,7 +98,7 @@ pub(in crate::run) fn doubts(
         let outlying = outlying(&there, k).filter(|found| !of_a_group(found));
         all.extend(outlying.map(|found| found.said(what, shown)));
         all.extend(apart.iter().map(|group| group.said(what, shown)));
-        all.extend(scattered_days(&there, sd, &apart, installations_vary).filter(|_| frequencies));
+        all.extend(scattered_days(&there, sd, &apart, stated).filter(|_| frequencies));
     }
     all.extend(one_mode_twice(observed, predicted));
     if misfit[2] > SHAPES {
@@ -163,6 +163,8 @@ struct Outlying<'a> {
     /// The least of their residuals over what its own error and the scatter of the others explain.
     least: f64,
     exchanged: bool,
+    /// Whether modes of several names were measured.
+    several_modes: bool,
 }
 
 /// The fewest points whose residuals of growth rates (0) or angular frequencies (1) are far beyond their own
@@ -188,7 +190,8 @@ fn outlying<'a>(there: &[Held<'a>], k: usize) -> Option<Outlying<'a>> {
             _ => false,
         };
         let far = least > ALONE || (exchanged && least > EXCHANGED[0]);
-        far.then(|| Outlying { points: points.to_vec(), least, exchanged })
+        let several_modes = there.iter().any(|t| t.0.mode.label != there[0].0.mode.label);
+        far.then(|| Outlying { points: points.to_vec(), least, exchanged, several_modes })
     };
     (1..=few(there.len())).find_map(of)
 }
@@ -209,7 +212,7 @@ impl Outlying<'_> {
             twice |= ids.contains(&id);
             ids.push(id);
         }
-        let names = list(&|t| match twice {
+        let names = list(&|t| match twice || self.several_modes {
             true => format!("{} (mode {})", t.0.conditions.id, t.0.mode.label),
             false => t.0.conditions.id.clone(),
         });
@@ -256,7 +259,7 @@ pub(in crate::run) fn feeding(reflections: impl Iterator<Item = ([Option<f64>; 2
 
 #[cfg(test)]
 pub(in crate::run) mod tests {
-    use super::doubts;
+    use super::{Stated, doubts};
     use crate::{Conditions, Observed};
     use rijke_numerics::{C64, Matrix};
     use rijke_study::{ObservedMode, OneTable, PointState};
@@ -307,8 +310,9 @@ pub(in crate::run) mod tests {
     fn exact_a_misfit_is_doubted_from_ten_measured_deviations() {
         let mut points = points();
         points.iter_mut().for_each(|o| o.mode.covariance = Matrix::diagonal(&[0.0225, 0.01]));
-        let said =
-            |misfit: f64| doubts(&points, &[[-2.5, 502.5]; 6], [misfit, 0.0, 0.0], [true; 2], false).len();
+        let said = |misfit: f64| {
+            doubts(&points, &[[-2.5, 502.5]; 6], [misfit, 0.0, 0.0], [true; 2], Stated::default()).len()
+        };
         assert_eq!([said(1.45), said(1.55)], [0, 1]);
     }
 
@@ -316,20 +320,22 @@ pub(in crate::run) mod tests {
     fn behaviour_a_model_is_doubted_for_what_it_does_not_explain() {
         let points = points();
         let right: Vec<[f64; 2]> = (0..6).map(|k| [0.05 - f64::from(k), 500.05 + f64::from(k)]).collect();
-        assert!(doubts(&points, &right, [0.1, 0.1, 0.02], [true; 2], false).is_empty());
-        let said = doubts(&points, &[[-2.5, 502.5]; 6], [1.7, 1.7, 0.0], [true; 2], false);
-        assert!(doubts(&points, &[[-2.5, 502.5]; 6], [1.7, 1.7, 0.0], [false; 2], false).is_empty());
+        assert!(doubts(&points, &right, [0.1, 0.1, 0.02], [true; 2], Stated::default()).is_empty());
+        let said = doubts(&points, &[[-2.5, 502.5]; 6], [1.7, 1.7, 0.0], [true; 2], Stated::default());
+        assert!(
+            doubts(&points, &[[-2.5, 502.5]; 6], [1.7, 1.7, 0.0], [false; 2], Stated::default()).is_empty()
+        );
         assert!(said.len() == 2 && said[0].contains("explains hardly any of this scatter"), "{said:?}");
         let mut one_off = right.clone();
         one_off[3][1] += 4.0;
-        let said = doubts(&points, &one_off, [0.1, 1.6, 0.0], [true; 2], false);
+        let said = doubts(&points, &one_off, [0.1, 1.6, 0.0], [true; 2], Stated::default());
         assert!(said.iter().any(|s| s.starts_with("p3 alone lies 0.6")), "{said:?}");
         // Two points that were exchanged, among thirteen.
         let many: Vec<Observed> = points.iter().chain(&points).chain(&points[..1]).cloned().collect();
         let mut said_of: Vec<[f64; 2]> = right.iter().chain(&right).chain(&right[..1]).copied().collect();
-        assert!(doubts(&many, &said_of, [0.1, 0.1, 0.02], [true; 2], false).is_empty());
+        assert!(doubts(&many, &said_of, [0.1, 0.1, 0.02], [true; 2], Stated::default()).is_empty());
         said_of.swap(1, 3);
-        let said = doubts(&many, &said_of, [1.0, 1.0, 0.02], [true; 2], false);
+        let said = doubts(&many, &said_of, [1.0, 1.0, 0.02], [true; 2], Stated::default());
         assert!(said.len() == 2 && said[0].starts_with("p3, p1 lie -2.05 1/s, 1.95 1/s from"), "{said:?}");
         assert!(said[0].contains("exchanged with each other they fit"), "{said:?}");
         // Three points of the second day, in air 4 K colder than was read.
@@ -340,9 +346,9 @@ pub(in crate::run) mod tests {
         };
         let days: Vec<Observed> = many[..9].iter().enumerate().map(|(k, o)| of_days(o, k)).collect();
         let mut said_of: Vec<[f64; 2]> = right.iter().chain(&right).take(9).copied().collect();
-        assert!(doubts(&days, &said_of, [0.1, 0.1, 0.02], [true; 2], false).is_empty());
+        assert!(doubts(&days, &said_of, [0.1, 0.1, 0.02], [true; 2], Stated::default()).is_empty());
         said_of[..3].iter_mut().for_each(|v| v[1] *= 1.0 + 2.0 / 293.15);
-        let said = doubts(&days, &said_of, [0.1, 0.1, 0.02], [true; 2], false);
+        let said = doubts(&days, &said_of, [0.1, 0.1, 0.02], [true; 2], Stated::default());
         let expected = "the frequencies of day 2 (p0, p1, p2) lie 0.7 % below the model on average, ";
         assert!(
             said.len() == 1 && said[0].starts_with(expected) && said[0].contains("air 4 K colder"),
@@ -358,11 +364,11 @@ pub(in crate::run) mod tests {
             })
             .collect();
         let mut said_of: Vec<[f64; 2]> = (0..32).map(|k| right[k % 6]).collect();
-        assert!(doubts(&four, &said_of, [0.1, 0.1, 0.02], [true; 2], false).is_empty());
+        assert!(doubts(&four, &said_of, [0.1, 0.1, 0.02], [true; 2], Stated::default()).is_empty());
         for (k, v) in said_of.iter_mut().enumerate() {
             v[1] *= 1.0 + [2e-3, -2e-3][day(k) % 2];
         }
-        let said = doubts(&four, &said_of, [0.1, 0.1, 0.02], [true; 2], false);
+        let said = doubts(&four, &said_of, [0.1, 0.1, 0.02], [true; 2], Stated::default());
         let expected = "the frequencies of the 4 days scatter about the model by 0.23 % from day to day";
         assert!(said.len() == 1 && said[0].starts_with(expected) && said[0].contains("1.4 K"), "{said:?}");
         // The same three points in one installation, whose growth rates are 1 1/s too low.
@@ -376,14 +382,23 @@ pub(in crate::run) mod tests {
             })
             .collect();
         let mut said_of: Vec<[f64; 2]> = right.iter().chain(&right).take(9).copied().collect();
-        assert!(doubts(&installed, &said_of, [0.1, 0.1, 0.02], [true; 2], false).is_empty());
+        assert!(doubts(&installed, &said_of, [0.1, 0.1, 0.02], [true; 2], Stated::default()).is_empty());
         said_of[..3].iter_mut().for_each(|v| v[0] += 1.0);
-        let said = doubts(&installed, &said_of, [0.1, 0.1, 0.02], [true; 2], false);
+        let said = doubts(&installed, &said_of, [0.1, 0.1, 0.02], [true; 2], Stated::default());
         let expected =
             "the growth rates of installation 2 (p0, p1, p2) lie 1.00 1/s below the model on average, ";
         assert!(said.len() == 1 && said[0].starts_with(expected), "{said:?}");
         // Where installations differ by a stated noise, too few others are there to compare one with.
-        assert!(doubts(&installed, &said_of, [0.1, 0.1, 0.02], [true; 2], true).is_empty());
+        assert!(
+            doubts(
+                &installed,
+                &said_of,
+                [0.1, 0.1, 0.02],
+                [true; 2],
+                Stated { installations: true, gas: false }
+            )
+            .is_empty()
+        );
         let decays: Vec<Observed> = points[1..]
             .iter()
             .map(|o| Observed {
@@ -391,9 +406,9 @@ pub(in crate::run) mod tests {
                 ..o.clone()
             })
             .collect();
-        let said = doubts(&decays, &right[1..], [5.0, 0.1, 0.02], [false; 2], false);
+        let said = doubts(&decays, &right[1..], [5.0, 0.1, 0.02], [false; 2], Stated::default());
         assert!(said.len() == 1 && said[0].contains("another number of the decay"), "{said:?}");
-        let said = doubts(&points, &right, [0.1, 0.1, 0.12], [true; 2], false);
+        let said = doubts(&points, &right, [0.1, 0.1, 0.12], [true; 2], Stated::default());
         assert!(said.len() == 1 && said[0].contains("order, places and gains"), "{said:?}");
     }
 }

@@ -209,7 +209,12 @@ impl Wiring {
                 of_pressure.and_then(|k| right.iter().position(|(m, _)| *m == self.other(right[k / 2].0)));
             place.map_or(row, |j| first + 2 * j + (row - first) % 2)
         };
-        let size = |row: usize| if row < first { 1.0 } else { scale.norm().recip() };
+        // What pressures have in common, such as an error of the gain, turns its sign with them.
+        let turned = |row: usize| matches!(self, Self::Reversed(m) if m == right[(row - first) / 2].0);
+        let size = |row: usize| match row < first {
+            true => 1.0,
+            false => scale.norm().recip() * if turned(row) { -1.0 } else { 1.0 },
+        };
         o.mode.covariance = Matrix::from_fn(n, n, |i, j| size(i) * size(j) * old[(from(i), from(j))]);
         o.mode.pressures = right;
     }
@@ -246,6 +251,10 @@ mod tests {
         let same = |found: &Matrix, expected: &Matrix| {
             (0..8).all(|i| (0..8).all(|j| (found[(i, j)] - expected[(i, j)]).abs() < 1e-12))
         };
+        let reversed = found(Wiring::Reversed(2)).covariance;
+        let sign = |row: usize| if (4..6).contains(&row) { -1.0 } else { 1.0 };
+        let old = &measured.mode.covariance;
+        assert!(same(&reversed, &Matrix::from_fn(8, 8, |i, j| sign(i) * sign(j) * old[(i, j)])));
         let exchanged = found(Wiring::Exchanged([2, 3]));
         let expected = [(1, pressures[0]), (2, pressures[2]), (3, pressures[1])];
         assert_eq!(exchanged.pressures, expected);

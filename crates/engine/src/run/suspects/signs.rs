@@ -15,6 +15,9 @@ use std::sync::Arc;
 /// A misfit of growth rates, in measured standard deviations, that asks for the question.
 const LARGE: f64 = 3.0;
 
+/// Part of the size of growth rates by which a model misses them that does not describe them.
+const MISSED: f64 = 0.25;
+
 /// Imaginary parts of pressures, over their moduli, that say nothing of a sign.
 const STANDING: f64 = 1e-3;
 
@@ -73,7 +76,14 @@ impl Run {
         let mut best: Option<(&Reading, f64)> = None;
         let rates: Vec<f64> = found.observed.iter().filter_map(|o| o.mode.growth_rate).collect();
         for reading in READINGS.iter().filter(|r| r.may_be(&rates, found.misfit[0])) {
-            let Some(gain) = self.gain(stage, row, found, &|o| reading.turn(o))? else { continue };
+            let mut points = found.observed.to_vec();
+            points.iter_mut().for_each(|o| reading.turn(o));
+            let turned: Vec<f64> = points.iter().filter_map(|o| o.mode.growth_rate).collect();
+            let Some(Again { gain, misfit }) = self.with_data(stage, row, found, points)? else { continue };
+            // Not one that is wrong as well, and less so.
+            if misfit[0] > MISSED * rms(turned.into_iter()) {
+                continue;
+            }
             // The density of the numbers in the column, not that of the growth rates made of them.
             let gain = gain + found.observed.iter().map(|o| reading.ln_slope(o)).sum::<f64>();
             if gain > best.map_or(LEADS, |(_, most)| most) {
@@ -148,7 +158,7 @@ struct Reading {
     read: fn(f64, f64) -> [f64; 2],
 }
 
-const READINGS: [Reading; 9] = [
+const READINGS: [Reading; 14] = [
     Reading {
         column: "decay rates",
         growth_rate: "minus the number",
@@ -183,6 +193,41 @@ const READINGS: [Reading; 9] = [
         sign: 1.0,
         linear: false,
         read: |x, _| [-3.0 * LN_10 / x, 3.0 * LN_10 / (x * x)],
+    },
+    Reading {
+        column: "time constants of the amplitude in s",
+        growth_rate: "-1 over the number",
+        sign: 1.0,
+        linear: false,
+        read: |x, _| [-1.0 / x, 1.0 / (x * x)],
+    },
+    Reading {
+        column: "time constants of the amplitude in ms",
+        growth_rate: "-1000 over the number",
+        sign: 1.0,
+        linear: false,
+        read: |x, _| [-1e3 / x, 1e3 / (x * x)],
+    },
+    Reading {
+        column: "logarithmic decrements",
+        growth_rate: "minus the number times the frequency",
+        sign: 1.0,
+        linear: true,
+        read: |x, omega| [-x * omega / TAU, -omega / TAU],
+    },
+    Reading {
+        column: "decays of the level in dB/s",
+        growth_rate: "-ln 10 / 20 times the number",
+        sign: 1.0,
+        linear: true,
+        read: |x, _| [-LN_10 / 20.0 * x, -LN_10 / 20.0],
+    },
+    Reading {
+        column: "changes of the level in dB/s",
+        growth_rate: "ln 10 / 20 times the number",
+        sign: -1.0,
+        linear: true,
+        read: |x, _| [LN_10 / 20.0 * x, LN_10 / 20.0],
     },
     Reading {
         column: "quality factors",
@@ -221,7 +266,7 @@ impl Reading {
         let of_its_sign = rates.iter().filter(|g| self.sign * **g > 0.0).count();
         let decays = of_its_sign == rates.len();
         let mixed = self.linear && of_its_sign > 0;
-        decays && self.sign > 0.0 || (decays || mixed) && misfit > 0.25 * rms(rates.iter().copied())
+        decays && self.sign > 0.0 || (decays || mixed) && misfit > MISSED * rms(rates.iter().copied())
     }
 
     /// Growth rate by this reading, and its derivative by the number in the column.
@@ -276,7 +321,7 @@ mod tests {
             READINGS.iter().filter(|r| r.may_be(rates, misfit)).map(|r| r.column).collect()
         };
         // All positive: decay rates and the like are asked of whatever the misfit is.
-        assert_eq!(asked(&[20.0, 30.0], 4.0).len(), 6);
+        assert_eq!(asked(&[20.0, 30.0], 4.0).len(), 10);
         assert!(asked(&[-20.0, -30.0], 4.0).is_empty());
         let mixed = [20.0, -30.0, 45.0];
         assert!(asked(&mixed, 4.0).is_empty());

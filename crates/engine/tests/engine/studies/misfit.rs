@@ -72,12 +72,18 @@ fn message_other_numbers_of_a_decay_than_the_growth_rate_are_told_by_training_ag
     let t60 = |k: usize| -3.0 * LN_10 / growth(k);
     // The number in the column, and how much it changes with the growth rate.
     type Column<'a> = (&'a str, &'a dyn Fn(usize) -> f64, &'a dyn Fn(usize) -> f64);
-    let columns: [Column<'_>; 6] = [
+    let columns: [Column<'_>; 10] = [
         ("holds decay rates: ", &|k| -growth(k), &|_| 1.0),
         ("holds widths at half power in Hz: ", &|k| -growth(k) / PI, &|_| 1.0 / PI),
         ("holds half of the widths at half power in Hz: ", &|k| -growth(k) / TAU, &|_| 1.0 / TAU),
         ("holds damping ratios: ", &|k| -growth(k) / omega(k), &|k| 1.0 / omega(k)),
         ("holds reverberation times (60 dB) in s: ", &t60, &|k| -t60(k) / growth(k)),
+        ("holds time constants of the amplitude in s: ", &|k| -1.0 / growth(k), &|k| growth(k).powi(-2)),
+        ("holds time constants of the amplitude in ms: ", &|k| -1e3 / growth(k), &|k| {
+            1e3 * growth(k).powi(-2)
+        }),
+        ("holds logarithmic decrements: ", &|k| -TAU * growth(k) / omega(k), &|k| TAU / omega(k)),
+        ("holds decays of the level in dB/s: ", &|k| -20.0 / LN_10 * growth(k), &|_| 20.0 / LN_10),
         ("holds growth rates over 2 pi, in Hz: ", &|k| growth(k) / TAU, &|_| 1.0 / TAU),
     ];
     for (n, (column, number, slope)) in columns.into_iter().enumerate() {

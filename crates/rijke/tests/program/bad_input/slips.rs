@@ -22,7 +22,7 @@ fn manifest(folder: &Path, text: &str) {
 const NOISE: &str = "[random]\nsegment = 1024\n[random.points]\np70 = \"a.wav\"\n\
                      [random.transmission]\npoints = [\"p70\"]\nplace_sd = 0.001\n";
 
-pub(super) const CASES: [Case; 20] = [
+pub(super) const CASES: [Case; 21] = [
     case(
         "diameter below zero",
         |d| edit(d, "data/rig.toml", "diameter = \"100 mm\"", "diameter = -0.1"),
@@ -58,6 +58,19 @@ pub(super) const CASES: [Case; 20] = [
         |d| edit(d, "data/rig.toml", "[28.11,", "[-28.11,"),
         CHECK,
         ["rig.toml", "gas.heat_capacity at 250 K", "outside 20 to 500 J/(mol K)"],
+    ),
+    case(
+        "one heat capacity for four coefficients",
+        |d| {
+            edit(
+                d,
+                "data/rig.toml",
+                "heat_capacity = [28.11, 0.1967e-2, 0.4802e-5, -1.966e-9]",
+                "heat_capacity = [20.786]",
+            )
+        },
+        CHECK,
+        ["rig.toml", "`heat_capacity` is `[20.786]`", "four numbers"],
     ),
     case(
         "viscosity below zero",
