@@ -16,7 +16,7 @@ use crate::observed::Observed;
 use crate::predictor::Predictor;
 use crate::trained::{OfSeveral, Trained};
 use crate::{Assembly, Conditions, EngineError};
-use rijke_inference::{Data, Fit, Forward, ForwardError, MapOptions, Prediction, TrustRegion};
+use rijke_inference::{Data, Forward, ForwardError, Linearised, MapOptions, Prediction, TrustRegion};
 use rijke_numerics::Order;
 use rijke_study::Cause;
 use std::borrow::Cow;
@@ -27,8 +27,8 @@ use std::sync::Arc;
 const TURNS: usize = 4;
 /// They end where what straight lines miss moves no parameter by more than this part of its standard
 /// deviation, and the evidence by less than so many nats.
-const MISSED: f64 = 0.1;
-const NATS: f64 = 0.2;
+const MISSED: f64 = 0.2;
+const NATS: f64 = 0.5;
 /// Where they miss less than this many standard deviations, the next turn is the last: each misses about a
 /// tenth of what the one before does.
 const NEAR: f64 = 3.0;
@@ -36,7 +36,7 @@ const NEAR: f64 = 3.0;
 const LEFT: f64 = 1e-3;
 /// States further away than so many standard deviations are not asked for: a model that needs them does not
 /// describe its data.
-const FARTHEST: f64 = 4.0;
+const FARTHEST: f64 = 8.0;
 
 /// A training with errors.
 pub(crate) struct WithErrors<'a> {
@@ -88,6 +88,16 @@ enum Turn {
     Next { about: About, is_near: bool },
 }
 
+/// Where a search ended.
+struct Ended<'a> {
+    /// Parameters of the model, errors, then parameters of the channels.
+    values: &'a [f64],
+    /// Model and data to first order there.
+    linear: &'a Linearised,
+    /// Standard deviations of the model's parameters, in working coordinates.
+    sds: Vec<f64>,
+}
+
 impl WithErrors<'_> {
     /// The fit that begins at `at`, parameters of the model and then of the channels.
     ///
@@ -97,11 +107,17 @@ impl WithErrors<'_> {
         let mut about = About { parameters: at.to_vec(), ..About::default() };
         // Nodes of a bend are models of states without errors.
         let mut turns = if self.bends.is_empty() { TURNS } else { 0 };
+        let mut before: Option<About> = None;
         loop {
-            match self.about(&about, |parts| self.turn(parts, turns == 0))? {
+            let ended = match (self.about(&about, |parts| self.turn(parts, turns == 0)), before.take()) {
+                // Gas in which the mode is lost.
+                (Err(_), Some(before)) => self.about(&before, |parts| self.turn(parts, true))?,
+                (ended, _) => ended?,
+            };
+            match ended {
                 Turn::Last(trained) => return Ok(*trained),
                 Turn::Next { about: next, is_near } => {
-                    about = next;
+                    before = Some(std::mem::replace(&mut about, next));
                     turns = if is_near { 0 } else { turns - 1 };
                 }
             }
@@ -110,11 +126,26 @@ impl WithErrors<'_> {
 
     /// One turn: the fit that counts, if it `is_last` or straight lines miss too little for another.
     fn turn(&self, mut parts: Parts<'_>, is_last: bool) -> Result<Turn, EngineError> {
-        // What cannot be searched from here is searched, and refused, by the fit that counts.
+        let own = self.assembly.parameters().len();
+        if self.training.checks.is_none() {
+            // That fit is a search as well.
+            let trained = self.finished(&parts)?;
+            let sds = trained.sd();
+            let sds = (0..own).map(|j| sds[j] / trained.slope(j).abs()).collect();
+            let ended = Ended { values: &trained.values, linear: &trained.linear.0, sds };
+            let next = if is_last { None } else { self.nearer(&parts, &ended)? };
+            return Ok(next.unwrap_or_else(|| Turn::Last(Box::new(trained))));
+        }
         let search = TrustRegion { tolerance: LEFT, ..parts.options.search.clone() };
         let quick = MapOptions { search, ..parts.options.clone() };
-        if !is_last && let Ok(fit) = parts.fitting.search(&parts.data, parts.order.clone(), &quick) {
-            if let Some(next) = self.nearer(&parts, &fit)? {
+        // What cannot be searched from here is searched, and refused, by the fit that counts.
+        if !is_last
+            && let Ok(fit) = parts.fitting.search(&parts.data, parts.order.clone(), &quick)
+            && let Ok((laplace, linear)) = parts.fitting.linearised(&parts.data, parts.order.clone(), &fit)
+        {
+            let sds = (0..own).map(|j| laplace.covariance[(j, j)].sqrt()).collect();
+            let ended = Ended { values: &fit.parameters, linear: &linear, sds };
+            if let Some(next) = self.nearer(&parts, &ended)? {
                 return Ok(next);
             }
             parts.options = parts.options.from(&fit.parameters);
@@ -144,7 +175,7 @@ impl WithErrors<'_> {
             false => PointErrors::none(observed.len()),
         };
         let others = self.others(&moved, values)?;
-        let added = of_states.effect(used, &about.near());
+        let added = of_states.effect(used, &about.errors);
         let straight = Shifted { inner: there, less: &added };
         let (common, rest) =
             Common::of(of_states.clone().beside(others.clone()), observed, used, training, bends)?;
@@ -174,40 +205,43 @@ impl WithErrors<'_> {
     }
 
     /// Where slopes are to be taken instead of there, if straight lines miss too much where a search ended.
-    fn nearer(&self, parts: &Parts<'_>, fit: &Fit) -> Result<Option<Turn>, EngineError> {
-        let Parts { fitting, data, order, of_states, others, there, added, .. } = parts;
+    fn nearer(&self, parts: &Parts<'_>, ended: &Ended<'_>) -> Result<Option<Turn>, EngineError> {
+        let Parts { order, of_states, others, there, added, .. } = parts;
         let Blocks { observed, used, .. } = self.blocks;
-        let (laplace, linear) = fitting.linearised(data, order.clone(), fit)?;
+        let (all, linear) = (ended.values, ended.linear);
         let own = self.assembly.parameters().len();
-        let values = &fit.parameters[..own];
-        let of_channels = fit.parameters.len() - self.channels.map_or(0, |c| c.parameters.len());
+        let values = &all[..own];
+        let of_channels = all.len() - self.channels.map_or(0, |c| c.parameters.len());
         let directions = parts.common.slopes().columns();
         let next = About {
-            parameters: [values, &fit.parameters[of_channels..]].concat(),
-            assemblies: fit.parameters[own + directions..of_channels].to_vec(),
-            errors: self.found(parts, &fit.parameters, linear.pulls()),
+            parameters: [values, &all[of_channels..]].concat(),
+            assemblies: all[own + directions..of_channels].to_vec(),
+            errors: self.found(parts, all, linear.pulls()),
         };
+        if !next.is_near(observed) {
+            return Ok(None);
+        }
         let found = &next.errors;
         let moved = next.states(observed);
-        let next_there = Predictor::new(self.assembly, &moved, used)?;
+        let Ok(next_there) = Predictor::new(self.assembly, &moved, used) else { return Ok(None) };
         let [Ok(exact), Ok(here)] = [&next_there, *there].map(|model| model.predict(values, Order::Value))
         else {
             return Ok(None);
         };
-        let others_there = self.others(&moved, values)?;
+        let Ok(others_there) = self.others(&moved, values) else { return Ok(None) };
         let mut missed = vec![0.0; here.values.len()];
         let add = |to: &mut [f64], sign: f64, of: &[f64]| {
             to.iter_mut().zip(of).for_each(|(t, o)| *t += sign * o);
         };
         add(&mut missed, 1.0, &exact.values);
         add(&mut missed, -1.0, &here.values);
-        add(&mut missed, -1.0, &of_states.effect(used, &next.near()));
+        add(&mut missed, -1.0, &of_states.effect(used, &next.errors));
         add(&mut missed, 1.0, added);
         add(&mut missed, 1.0, &others_there.effect(used, found));
         add(&mut missed, -1.0, &others.effect(used, found));
         let change: Vec<f64> = order.iter().map(|&place| missed[place]).collect();
         let change = linear.moved(&change);
-        let far = |i: usize| change.step[i].abs() / laplace.covariance[(i, i)].sqrt();
+        let far = |i: usize| change.step[i].abs() / ended.sds[i];
         let far = (0..own).map(far).fold(change.ln_evidence.abs() * MISSED / NATS, f64::max);
         Ok((far > MISSED).then_some(Turn::Next { about: next, is_near: far < NEAR }))
     }
@@ -269,9 +303,10 @@ impl WithErrors<'_> {
 }
 
 impl About {
-    /// The errors, none further than [`FARTHEST`].
-    fn near(&self) -> BTreeMap<Cause, f64> {
-        self.errors.iter().map(|(c, e)| (c.clone(), e.clamp(-FARTHEST, FARTHEST))).collect()
+    /// Whether no base state is further away than [`FARTHEST`].
+    fn is_near(&self, observed: &[Observed]) -> bool {
+        let far = |cause| self.errors.get(cause).is_some_and(|e| !(e.abs() <= FARTHEST));
+        !observed.iter().flat_map(|o| &o.conditions.base.errors).any(|e| far(&e.cause))
     }
 
     /// The observations in base states with these errors.
@@ -280,10 +315,9 @@ impl About {
         if !observed.iter().any(has) {
             return Cow::Borrowed(observed);
         }
-        let near = self.near();
         let moved = |o: &Observed| {
             let errors = o.conditions.base.errors.iter();
-            let sds: Vec<f64> = errors.map(|e| near.get(&e.cause).copied().unwrap_or(0.0)).collect();
+            let sds: Vec<f64> = errors.map(|e| self.errors.get(&e.cause).copied().unwrap_or(0.0)).collect();
             let base = o.conditions.base.displaced(&sds);
             Observed { conditions: Arc::new(Conditions { base, ..(*o.conditions).clone() }), ..o.clone() }
         };
