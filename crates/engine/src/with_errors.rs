@@ -1,8 +1,8 @@
 //! A training with errors of base states, of factors, of drifts and of laws.
 //!
-//! A prediction is a straight line in these errors e, y(p, e) = y(p, e0) + S (e - e0), with the slopes S taken
-//! at parameters p0 and errors e0. Where these are the most probable ones, so are they without this
-//! simplification: that is Gauss and Newton's method (Bell & Cathey, IEEE Trans. Autom. Control 38 (1993)
+//! A prediction is a straight line in these errors e, y(p, e) = y(p, e0) + S (e - e0), with the slopes S
+//! taken at parameters p0 and errors e0. If these are the most probable values by that line, they are those
+//! of the model itself, too: Gauss and Newton's method (Bell & Cathey, IEEE Trans. Autom. Control 38 (1993)
 //! 294, on the iterated Kalman filter). They are found in turns.
 
 use crate::data::{Blocks, in_one_block};
@@ -56,8 +56,8 @@ pub(crate) struct WithErrors<'a> {
 struct About {
     /// Parameters of the model, then of the channels.
     parameters: Vec<f64>,
-    /// All errors that were found, in their standard deviations. Slopes are taken at those of the base states,
-    /// and at no others.
+    /// All errors that were found, in their standard deviations. Slopes are taken at those of the base
+    /// states, and at no others.
     errors: BTreeMap<Cause, f64>,
     /// What was found of assemblies.
     assemblies: Vec<f64>,

@@ -132,12 +132,8 @@ impl Common {
 
     /// The value of each direction that belongs to these errors; causes that are not among them have none.
     pub(crate) fn directions(&self, errors: &BTreeMap<Cause, f64>) -> Vec<f64> {
-        let error = |cause: &Cause| errors.get(cause).copied().unwrap_or(0.0);
-        let along = |k: usize| {
-            let causes = self.causes.iter().enumerate();
-            causes.map(|(j, cause)| self.shares[(j, k)] * error(cause)).sum()
-        };
-        (0..self.shares.columns()).map(along).collect()
+        let errors: Vec<f64> = self.causes.iter().map(|c| errors.get(c).copied().unwrap_or(0.0)).collect();
+        self.shares.transpose().times(&errors)
     }
 
     /// What a training tells of the causes that later stages want. `found` is all that it found; these

@@ -1,6 +1,34 @@
 //! The gas in a rig.
 
+use crate::StudyProblem;
 use rijke_rig::{Gas, GasState};
+use toml::Table;
+
+/// Lists of numbers in a gas whose properties follow temperature, and what they hold.
+const LISTS: [(&str, usize, &str); 3] = [
+    (
+        "heat_capacity",
+        4,
+        "four numbers: c0 to c3 of c0 + c1 T + c2 T^2 + c3 T^3 in J/(mol K), 0 where a gas has none",
+    ),
+    ("viscosity", 2, "two numbers: its value at 273.15 K in Pa s, and the constant of Sutherland's law in K"),
+    (
+        "conductivity",
+        2,
+        "two numbers: its value at 273.15 K in W/(m K), and the constant of Sutherland's law in K",
+    ),
+];
+
+/// Refuses a list of another length, or what is none.
+pub(super) fn check_lists(table: &Table) -> Result<(), StudyProblem> {
+    for (key, count, need) in LISTS {
+        let Some(value) = table.get(key) else { continue };
+        if value.as_array().is_none_or(|list| list.len() != count) {
+            return Err(StudyProblem::Value { key: key.to_owned(), value: value.to_string(), need });
+        }
+    }
+    Ok(())
+}
 
 /// The gas: how its properties follow from temperature and pressure.
 #[derive(Clone, Debug, PartialEq)]

@@ -13,7 +13,7 @@ mod transfer;
 
 use self::names::Names;
 use self::recording::Recording;
-use super::gas::GasModel;
+use super::gas::{GasModel, check_lists};
 use super::oscilos::Folder;
 use super::part::{Instruments, Part, Shape, end_numbers};
 use super::value::{Reader, Value, number};
@@ -314,30 +314,7 @@ impl Reading<'_> {
                 let mass = reader.value("molar_mass", text, "kg/mol")?.at(&[]);
                 table.insert("molar_mass".into(), Toml::Float(mass));
             }
-            let lists = [
-                (
-                    "heat_capacity",
-                    4,
-                    "four numbers: c0 to c3 of c0 + c1 T + c2 T^2 + c3 T^3 in J/(mol K), 0 where a gas has none",
-                ),
-                (
-                    "viscosity",
-                    2,
-                    "two numbers: its value at 273.15 K in Pa s, and the constant of Sutherland's law in K",
-                ),
-                (
-                    "conductivity",
-                    2,
-                    "two numbers: its value at 273.15 K in W/(m K), and the constant of Sutherland's law in K",
-                ),
-            ];
-            for (key, count, need) in lists {
-                let Some(value) = table.get(key) else { continue };
-                if value.as_array().is_none_or(|list| list.len() != count) {
-                    let value = value.to_string();
-                    return Err((at, StudyProblem::Value { key: key.to_owned(), value, need }));
-                }
-            }
+            check_lists(&table).map_err(|problem| (at.clone(), problem))?;
             let gas = rijke_rig::Gas::deserialize(Toml::Table(table))
                 .map_err(|error| (at.clone(), StudyProblem::Toml(of_toml(error.message()))))?;
             gas.validate().map_err(|(key, problem)| (at, StudyProblem::Toml(format!("{key}: {problem}"))))?;

@@ -5,7 +5,8 @@ use super::super::course::{Chosen, Elsewhere, Found, Run, StandsOn, Trusted, mic
 use super::super::parameter::parameters;
 use super::super::record::{EvidenceRecord, ModelRecord, misfit};
 use super::super::suspects::apart::Stated;
-use super::super::suspects::doubts::{beyond_tables, doubts, feeding, other_sign};
+use super::super::suspects::doubts::{doubts, feeding, other_sign};
+use super::super::suspects::far::beyond_tables;
 use super::super::suspects::matching::check_modes;
 use super::super::suspects::shapes::{Shape, outlying};
 use super::maxima::of_all;

@@ -2,8 +2,8 @@
 
 use super::super::parameter::TrainedParameter;
 use super::apart::{Apart, Common, Held, Stated, scattered_days};
+use crate::Observed;
 use crate::noise::measured_sd;
-use crate::{BeyondTable, Observed};
 use rijke_inference::{Parameter, Prior};
 use rijke_numerics::scatter_beyond;
 use rijke_numerics::words::with_sd;
@@ -108,17 +108,6 @@ pub(in crate::run) fn doubts(
         ));
     }
     all
-}
-
-/// Modes that rest on the extrapolation of a measured table.
-pub(in crate::run) fn beyond_tables<'a>(
-    mut all: impl Iterator<Item = (&'a str, BeyondTable)>,
-) -> Option<String> {
-    let (point, table) = all.next()?;
-    let count = 1 + all.count();
-    let modes =
-        if count == 1 { "one measured mode lies".into() } else { format!("{count} measured modes lie") };
-    Some(format!("{modes} beyond a table, where its fit extrapolates; at {point}: {table}"))
 }
 
 /// Parameters that the data give another sign than their prior, most of which lies on its side of zero.
@@ -266,6 +255,9 @@ pub(in crate::run) mod tests {
     use std::sync::Arc;
     use std::sync::atomic::{AtomicUsize, Ordering};
 
+    const NONE: Stated = Stated { installations: false, gas: false };
+    const VARY: Stated = Stated { installations: true, gas: false };
+
     /// Six points whose growth rates are 0, -1, ... -5, measured to 0.1.
     pub(in crate::run) fn points() -> Vec<Observed> {
         // Tests of one process run side by side.
@@ -310,9 +302,8 @@ pub(in crate::run) mod tests {
     fn exact_a_misfit_is_doubted_from_ten_measured_deviations() {
         let mut points = points();
         points.iter_mut().for_each(|o| o.mode.covariance = Matrix::diagonal(&[0.0225, 0.01]));
-        let said = |misfit: f64| {
-            doubts(&points, &[[-2.5, 502.5]; 6], [misfit, 0.0, 0.0], [true; 2], Stated::default()).len()
-        };
+        let said =
+            |misfit: f64| doubts(&points, &[[-2.5, 502.5]; 6], [misfit, 0.0, 0.0], [true; 2], NONE).len();
         assert_eq!([said(1.45), said(1.55)], [0, 1]);
     }
 
@@ -320,22 +311,20 @@ pub(in crate::run) mod tests {
     fn behaviour_a_model_is_doubted_for_what_it_does_not_explain() {
         let points = points();
         let right: Vec<[f64; 2]> = (0..6).map(|k| [0.05 - f64::from(k), 500.05 + f64::from(k)]).collect();
-        assert!(doubts(&points, &right, [0.1, 0.1, 0.02], [true; 2], Stated::default()).is_empty());
-        let said = doubts(&points, &[[-2.5, 502.5]; 6], [1.7, 1.7, 0.0], [true; 2], Stated::default());
-        assert!(
-            doubts(&points, &[[-2.5, 502.5]; 6], [1.7, 1.7, 0.0], [false; 2], Stated::default()).is_empty()
-        );
+        assert!(doubts(&points, &right, [0.1, 0.1, 0.02], [true; 2], NONE).is_empty());
+        let said = doubts(&points, &[[-2.5, 502.5]; 6], [1.7, 1.7, 0.0], [true; 2], NONE);
+        assert!(doubts(&points, &[[-2.5, 502.5]; 6], [1.7, 1.7, 0.0], [false; 2], NONE).is_empty());
         assert!(said.len() == 2 && said[0].contains("explains hardly any of this scatter"), "{said:?}");
         let mut one_off = right.clone();
         one_off[3][1] += 4.0;
-        let said = doubts(&points, &one_off, [0.1, 1.6, 0.0], [true; 2], Stated::default());
+        let said = doubts(&points, &one_off, [0.1, 1.6, 0.0], [true; 2], NONE);
         assert!(said.iter().any(|s| s.starts_with("p3 alone lies 0.6")), "{said:?}");
         // Two points that were exchanged, among thirteen.
         let many: Vec<Observed> = points.iter().chain(&points).chain(&points[..1]).cloned().collect();
         let mut said_of: Vec<[f64; 2]> = right.iter().chain(&right).chain(&right[..1]).copied().collect();
-        assert!(doubts(&many, &said_of, [0.1, 0.1, 0.02], [true; 2], Stated::default()).is_empty());
+        assert!(doubts(&many, &said_of, [0.1, 0.1, 0.02], [true; 2], NONE).is_empty());
         said_of.swap(1, 3);
-        let said = doubts(&many, &said_of, [1.0, 1.0, 0.02], [true; 2], Stated::default());
+        let said = doubts(&many, &said_of, [1.0, 1.0, 0.02], [true; 2], NONE);
         assert!(said.len() == 2 && said[0].starts_with("p3, p1 lie -2.05 1/s, 1.95 1/s from"), "{said:?}");
         assert!(said[0].contains("exchanged with each other they fit"), "{said:?}");
         // Three points of the second day, in air 4 K colder than was read.
@@ -346,9 +335,9 @@ pub(in crate::run) mod tests {
         };
         let days: Vec<Observed> = many[..9].iter().enumerate().map(|(k, o)| of_days(o, k)).collect();
         let mut said_of: Vec<[f64; 2]> = right.iter().chain(&right).take(9).copied().collect();
-        assert!(doubts(&days, &said_of, [0.1, 0.1, 0.02], [true; 2], Stated::default()).is_empty());
+        assert!(doubts(&days, &said_of, [0.1, 0.1, 0.02], [true; 2], NONE).is_empty());
         said_of[..3].iter_mut().for_each(|v| v[1] *= 1.0 + 2.0 / 293.15);
-        let said = doubts(&days, &said_of, [0.1, 0.1, 0.02], [true; 2], Stated::default());
+        let said = doubts(&days, &said_of, [0.1, 0.1, 0.02], [true; 2], NONE);
         let expected = "the frequencies of day 2 (p0, p1, p2) lie 0.7 % below the model on average, ";
         assert!(
             said.len() == 1 && said[0].starts_with(expected) && said[0].contains("air 4 K colder"),
@@ -364,11 +353,11 @@ pub(in crate::run) mod tests {
             })
             .collect();
         let mut said_of: Vec<[f64; 2]> = (0..32).map(|k| right[k % 6]).collect();
-        assert!(doubts(&four, &said_of, [0.1, 0.1, 0.02], [true; 2], Stated::default()).is_empty());
+        assert!(doubts(&four, &said_of, [0.1, 0.1, 0.02], [true; 2], NONE).is_empty());
         for (k, v) in said_of.iter_mut().enumerate() {
             v[1] *= 1.0 + [2e-3, -2e-3][day(k) % 2];
         }
-        let said = doubts(&four, &said_of, [0.1, 0.1, 0.02], [true; 2], Stated::default());
+        let said = doubts(&four, &said_of, [0.1, 0.1, 0.02], [true; 2], NONE);
         let expected = "the frequencies of the 4 days scatter about the model by 0.23 % from day to day";
         assert!(said.len() == 1 && said[0].starts_with(expected) && said[0].contains("1.4 K"), "{said:?}");
         // The same three points in one installation, whose growth rates are 1 1/s too low.
@@ -382,23 +371,14 @@ pub(in crate::run) mod tests {
             })
             .collect();
         let mut said_of: Vec<[f64; 2]> = right.iter().chain(&right).take(9).copied().collect();
-        assert!(doubts(&installed, &said_of, [0.1, 0.1, 0.02], [true; 2], Stated::default()).is_empty());
+        assert!(doubts(&installed, &said_of, [0.1, 0.1, 0.02], [true; 2], NONE).is_empty());
         said_of[..3].iter_mut().for_each(|v| v[0] += 1.0);
-        let said = doubts(&installed, &said_of, [0.1, 0.1, 0.02], [true; 2], Stated::default());
+        let said = doubts(&installed, &said_of, [0.1, 0.1, 0.02], [true; 2], NONE);
         let expected =
             "the growth rates of installation 2 (p0, p1, p2) lie 1.00 1/s below the model on average, ";
         assert!(said.len() == 1 && said[0].starts_with(expected), "{said:?}");
         // Where installations differ by a stated noise, too few others are there to compare one with.
-        assert!(
-            doubts(
-                &installed,
-                &said_of,
-                [0.1, 0.1, 0.02],
-                [true; 2],
-                Stated { installations: true, gas: false }
-            )
-            .is_empty()
-        );
+        assert!(doubts(&installed, &said_of, [0.1, 0.1, 0.02], [true; 2], VARY).is_empty());
         let decays: Vec<Observed> = points[1..]
             .iter()
             .map(|o| Observed {
@@ -406,9 +386,9 @@ pub(in crate::run) mod tests {
                 ..o.clone()
             })
             .collect();
-        let said = doubts(&decays, &right[1..], [5.0, 0.1, 0.02], [false; 2], Stated::default());
+        let said = doubts(&decays, &right[1..], [5.0, 0.1, 0.02], [false; 2], NONE);
         assert!(said.len() == 1 && said[0].contains("another number of the decay"), "{said:?}");
-        let said = doubts(&points, &right, [0.1, 0.1, 0.12], [true; 2], Stated::default());
+        let said = doubts(&points, &right, [0.1, 0.1, 0.12], [true; 2], NONE);
         assert!(said.len() == 1 && said[0].contains("order, places and gains"), "{said:?}");
     }
 }

@@ -1,6 +1,7 @@
 //! Models that miss what was measured by much.
 
 use super::super::record::{MeasuredRecord, ModelRecord};
+use crate::BeyondTable;
 
 /// A misfit of so many measured errors is said if it is also so large a share of the growth rates, or of the
 /// frequencies: 0.3 % is 2 K. Where a rig comes out a little different each time it is set, errors of single
@@ -96,6 +97,17 @@ impl FarOff {
             ),
         }
     }
+}
+
+/// Modes that rest on the extrapolation of a measured table.
+pub(in crate::run) fn beyond_tables<'a>(
+    mut all: impl Iterator<Item = (&'a str, BeyondTable)>,
+) -> Option<String> {
+    let (point, table) = all.next()?;
+    let count = 1 + all.count();
+    let modes =
+        if count == 1 { "one measured mode lies".into() } else { format!("{count} measured modes lie") };
+    Some(format!("{modes} beyond a table, where its fit extrapolates; at {point}: {table}"))
 }
 
 #[cfg(test)]

@@ -294,8 +294,8 @@ pub(crate) fn drawn(
     drawn_in(chosen, like, &mut stream, [1.0, if measured { 1.0 } else { 0.0 }], &base)
 }
 
-/// As [`drawn`], in gas that differs from what is stated of it; misfit and measured errors are so many times as
-/// large.
+/// As [`drawn`], in gas that differs from what is stated of it; misfit and measured errors are so many times
+/// as large.
 pub(crate) fn drawn_in(
     chosen: &Chosen,
     like: &ObservedModes,
