@@ -136,7 +136,7 @@ impl WithErrors<'_> {
             let next = if is_last { None } else { self.nearer(&parts, &ended)? };
             return Ok(next.unwrap_or_else(|| Turn::Last(Box::new(trained))));
         }
-        let search = TrustRegion { tolerance: LEFT, ..parts.options.search.clone() };
+        let search = TrustRegion { tolerance: LEFT, ..parts.options.search };
         let quick = MapOptions { search, ..parts.options.clone() };
         // What cannot be searched from here is searched, and refused, by the fit that counts.
         if !is_last
@@ -305,8 +305,8 @@ impl WithErrors<'_> {
 impl About {
     /// Whether no base state is further away than [`FARTHEST`].
     fn is_near(&self, observed: &[Observed]) -> bool {
-        let far = |cause| self.errors.get(cause).is_some_and(|e| !(e.abs() <= FARTHEST));
-        !observed.iter().flat_map(|o| &o.conditions.base.errors).any(|e| far(&e.cause))
+        let near = |cause| self.errors.get(cause).is_none_or(|e| e.abs() <= FARTHEST);
+        observed.iter().flat_map(|o| &o.conditions.base.errors).all(|e| near(&e.cause))
     }
 
     /// The observations in base states with these errors.
