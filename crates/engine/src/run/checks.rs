@@ -166,6 +166,8 @@ impl OwnNoise {
         let kind = |row: usize| row.min(2);
         let (mut list, mut variances) = (Vec::with_capacity(rows.len()), Vec::with_capacity(rows.len()));
         let shapes: Vec<Matrix> = used.iter().map(|u| relative_noise(&u.pressures)).collect();
+        let mut of_observation = vec![Vec::new(); used.len()];
+        rows.iter().enumerate().for_each(|(j, (p, _))| of_observation[*p].push(j));
         for &(p, row) in rows {
             let u = &used[p];
             let place = |row: usize| u.rows.iter().position(|r| *r == row);
@@ -181,8 +183,7 @@ impl OwnNoise {
                         _ => 0.0,
                     }
             };
-            let same = rows.iter().enumerate().filter(|(_, (q, _))| *q == p);
-            list.push(same.map(|(j, (_, other))| (j, covariance(*other))).collect());
+            list.push(of_observation[p].iter().map(|&j| (j, covariance(rows[j].1))).collect());
             let shape = row.checked_sub(2).map_or(1.0, |k| shapes[p][(k, k)]);
             variances.push([covariance(row), chosen_here[kind(row)] * shape]);
         }

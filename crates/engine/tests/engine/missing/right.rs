@@ -69,9 +69,9 @@ fn coverage_right_models_in_gas_of_shared_errors_ask_for_nothing() {
     }
 }
 
-/// Hot points of the quarter-wave tube with records so precise that the readings of the gas, which are this
-/// far off, move them by tens of standard deviations: parameters are not pulled away from the truth, where
-/// errors count to first order only.
+/// Hot points of the quarter-wave tube, fifty times as precise as those of the example, in gas that differs
+/// from its readings by so many standard deviations in every error: parameters stay near the truth. With
+/// slopes taken at the fit without errors, the rms pull for 2.5 was 3.2, and the largest 9.0.
 #[test]
 #[ignore = "long: a minute"]
 fn coverage_parameters_where_thermometers_are_far_off() {
@@ -87,7 +87,8 @@ fn coverage_parameters_where_thermometers_are_far_off() {
     let variant = Variant::new("precise-exact", &ALL).stage(&format!("{WHOLE}{exact}"));
     rough(&variant);
     let study = variant.study();
-    for (precision, size) in [(0.02, 1.0), (0.02, 2.5)] {
+    let precision = 0.02;
+    for (size, most_rms) in [(1.0, 1.3), (2.5, 2.0)] {
         let scaled = |mode: &ObservedMode| ObservedMode {
             covariance: Matrix::zeros(mode.covariance.rows(), mode.covariance.rows())
                 .plus(precision * precision, &mode.covariance),
@@ -120,7 +121,7 @@ fn coverage_parameters_where_thermometers_are_far_off() {
                 .map(|(p, z)| format!("{} {z:.1}", p.name))
                 .collect();
             println!(
-                "precision {precision}, errors of {size} sd, set {set}: {}; {:.1} nats",
+                "errors of {size} sd, set {set}: {}; {:.1} nats",
                 names.join(", "),
                 found.evidence.ln_marginal
             );
@@ -128,10 +129,9 @@ fn coverage_parameters_where_thermometers_are_far_off() {
             most = pulls.iter().fold(most, |most, z| most.max(z.abs()));
             count += pulls.len();
         }
-        println!(
-            "errors of {size} sd: rms pull {:.2}, largest {most:.1}",
-            (squares / f64::from(count as u32)).sqrt()
-        );
+        let rms = (squares / count as f64).sqrt();
+        println!("errors of {size} sd: rms pull {rms:.2}, largest {most:.1}");
+        assert!(rms < most_rms, "{size}: {rms}");
     }
 }
 
