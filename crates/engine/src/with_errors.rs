@@ -110,7 +110,7 @@ impl WithErrors<'_> {
         let mut before: Option<About> = None;
         loop {
             let ended = match (self.about(&about, |parts| self.turn(parts, turns == 0)), before.take()) {
-                // Gas in which the mode is lost.
+                // The mode is lost in that gas: slopes stay where they were.
                 (Err(_), Some(before)) => self.about(&before, |parts| self.turn(parts, true))?,
                 (ended, _) => ended?,
             };
@@ -235,7 +235,7 @@ impl WithErrors<'_> {
         };
         add(&mut missed, 1.0, &exact.values);
         add(&mut missed, -1.0, &here.values);
-        add(&mut missed, -1.0, &of_states.effect(used, &next.errors));
+        add(&mut missed, -1.0, &of_states.effect(used, found));
         add(&mut missed, 1.0, added);
         add(&mut missed, 1.0, &others_there.effect(used, found));
         add(&mut missed, -1.0, &others.effect(used, found));

@@ -118,13 +118,15 @@ impl Run {
             let places: Vec<usize> = (0..rows.len()).filter(|&i| (from..to).contains(&rows[i].1)).collect();
             let chi_squared = linear.squares(linear.pulls(), &places);
             let floats = places.iter().map(|&i| linear.floats(i)).sum::<f64>() / places.len() as f64;
-            let own = noise.sum(linear.pulls(), &places);
-            let drawn: Vec<f64> = draws.iter().map(|d| noise.sum(d, &places)).collect();
-            let below = drawn.iter().filter(|d| **d <= own).count();
-            let of_noise = (noise.floats(&places) < 0.5).then(|| NoiseCheck {
-                chi_squared: own,
-                expected: drawn.iter().sum::<f64>() / DRAWS as f64,
-                probability: (1.0 + below as f64) / (1.0 + DRAWS as f64),
+            let of_noise = (noise.floats(&places) < 0.5).then(|| {
+                let own = noise.sum(linear.pulls(), &places);
+                let drawn: Vec<f64> = draws.iter().map(|d| noise.sum(d, &places)).collect();
+                let below = drawn.iter().filter(|d| **d <= own).count();
+                NoiseCheck {
+                    chi_squared: own,
+                    expected: drawn.iter().sum::<f64>() / DRAWS as f64,
+                    probability: (1.0 + below as f64) / (1.0 + DRAWS as f64),
+                }
             });
             let above = || draws.iter().filter(|d| linear.squares(d, &places) >= chi_squared).count();
             (!places.is_empty()).then(|| SumCheck {

@@ -166,8 +166,8 @@ fn modes(count: usize) -> String {
     table
 }
 
-/// Gas 30 K warmer than a thermometer of 12 K says, with data that see 0.05 K: where effects of errors are
-/// taken at the fit without them, the modulus lies 30 of its standard deviations away.
+/// Gas 30 K warmer than a thermometer of 12 K says: the error of the gas as an unknown temperature of the rig
+/// with the same prior.
 #[test]
 fn oracle_gas_far_from_its_thermometer_as_an_unknown_temperature() {
     let found = |name: &str, unknown: bool| {

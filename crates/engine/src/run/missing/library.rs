@@ -108,14 +108,12 @@ impl Library {
         // The grid lies in the rig as its priors have it; where a length or a place is inferred, parts may
         // have moved across it.
         if assembly.rig.is_of_unknown_shape() {
-            let stands = |x: Option<f64>, o: &Observed, u: &Used| -> Result<bool, EngineError> {
-                let Some(x) = x else { return Ok(true) };
-                Ok(PointModel::with_cuts(assembly, &o.conditions, &u.microphones, &[x])?.is_possible(values))
-            };
             for spot in spots.iter_mut().filter(|spot| !spot.named) {
-                for (k, (o, u)) in observed.iter().zip(used).enumerate() {
-                    if !stands(spot.at[k], o, u)? {
-                        spot.at[k] = None;
+                for (at, (o, u)) in spot.at.iter_mut().zip(observed.iter().zip(used)) {
+                    let Some(x) = *at else { continue };
+                    let cut = PointModel::with_cuts(assembly, &o.conditions, &u.microphones, &[x])?;
+                    if !cut.is_possible(values) {
+                        *at = None;
                     }
                 }
             }

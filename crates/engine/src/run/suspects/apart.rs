@@ -133,7 +133,7 @@ impl Common {
 }
 
 /// What a stage states that points may have in common.
-#[derive(Clone, Copy, Default)]
+#[derive(Clone, Copy)]
 pub(in crate::run) struct Stated {
     /// A noise between installations.
     pub(in crate::run) installations: bool,
