@@ -159,17 +159,18 @@ impl PointModel<'_> {
     /// The number of the local gas that the law of an effect is proportional to, if it is.
     fn scale(&self, candidate: usize, effect: usize, around: usize) -> Option<f64> {
         let (candidates, here) = (self.assembly.candidates(), &self.surroundings[around]);
+        let law = &candidates[candidate].effects[effect].law;
         let mut analytic = [None; WALL_EP + 1];
         analytic[S] = Some(1.0);
         let bare = analytic;
-        for (part, name) in [(0, WALL_MU), (1, WALL_EP)] {
+        for (part, name) in [(0, WALL_MU), (1, WALL_EP)].into_iter().filter(|(_, name)| law.uses(*name)) {
             let mut along =
                 candidates.iter().flat_map(|c| &c.effects).filter(|e| part_of_wall(e) == Some(part));
             // A sum of two walls has no common factor in general, and walls of one duct are none of another.
             let only = along.next().filter(|e| e.place == Place::Duct(None) || self.has_one_duct());
             analytic[name] = only.filter(|_| along.next().is_none()).and_then(|e| e.law.scale(here, &bare));
         }
-        candidates[candidate].effects[effect].law.scale(here, &analytic)
+        law.scale(here, &analytic)
     }
 
     /// Whether the law of an effect is a number of the local gas times something that is the same everywhere.
