@@ -6,7 +6,7 @@ use super::driven;
 use super::found::PingFit;
 use super::from_start::{Start, fit_whitened};
 use super::heard::{Heard, beside_a_tone};
-use super::learnt::{learn_from_residuals, noise_at_the_end, noise_heard};
+use super::learnt::{noise_heard, noise_without_silence};
 use super::lost::lost;
 use super::options::PingOptions;
 use super::resolution;
@@ -46,8 +46,7 @@ pub fn fit_ping(trace: &Trace<'_>, options: &PingOptions) -> Result<PingFit, Fau
     } else if quiet >= MIN_QUIET {
         noise_heard(trace, options, Heard::of(trace, options, quiet))?
     } else {
-        let (whitener, harmonics) = noise_at_the_end(trace, options);
-        Noise::of(learn_from_residuals(trace, options, whitener, (&harmonics, &[]))?.0, harmonics)
+        noise_without_silence(trace, options)?
     };
     let tones = noise.tones.clone();
     let fit = |noise: &Noise| judged_fit(trace, options, noise, least);

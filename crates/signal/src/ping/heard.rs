@@ -9,7 +9,7 @@ use crate::dsp::noise::remove_hum;
 use crate::{Fault, SteadyTone, Trace};
 
 /// Distance from a harmonic of the mains that is there, up to which a tone is part of it, Hz.
-const HUM_HZ: f64 = 1.5;
+pub(super) const HUM_HZ: f64 = 1.5;
 
 /// Distance from the mode up to which a tone leaks into it in a short silence, in resolutions of the silence.
 const BINS: f64 = 5.0;

@@ -4,16 +4,19 @@
 use super::diagnosis;
 use super::fairest::APART_HZ;
 use super::from_start::{Start, fit_whitened};
-use super::heard::Heard;
+use super::heard::{HUM_HZ, Heard};
 use super::judged::Fitted;
 use super::options::PingOptions;
 use super::resolution::deviation;
 use super::ringing;
+use super::search::LASTS;
 use super::silence::MIN_QUIET;
 use super::whitened::{Noise, Whitened};
 use crate::dsp::noise::{MAX_HARMONIC, Whitener, remove_hum};
+use crate::ringdown::Kind;
 use crate::{Fault, Trace};
 use rijke_numerics::C64;
+use std::f64::consts::TAU;
 
 /// With fewer samples of the quiet part than these the colour of the noise is learnt from the residuals of a
 /// first fit, too: from a few hundred it is known so badly that intervals cover 88 % instead of 95 %.
@@ -43,7 +46,7 @@ pub(super) fn noise_heard(trace: &Trace<'_>, options: &PingOptions, heard: Heard
         // take the mode for noise.
         let scaling = Whitener::scaling(&deviations);
         let learnt = learn_from_residuals(trace, options, scaling, (&harmonics, &tones)).ok();
-        learnt.filter(|(_, left)| *left < NOISE_ALONE).map(|(whitener, _)| whitener)
+        learnt.filter(|l| l.variance < NOISE_ALONE).map(|l| l.whitener)
     } else {
         None
     };
@@ -51,30 +54,68 @@ pub(super) fn noise_heard(trace: &Trace<'_>, options: &PingOptions, heard: Heard
     Ok(Noise { whitener, harmonics, tones, silence: noise, narrow_hz })
 }
 
+/// The noise of a record without silence. Hum beside the mode, and hum that the end of the record does not
+/// show because the mode still rings there, stand out of what a first fit leaves, or keep it from ending.
+pub(super) fn noise_without_silence(trace: &Trace<'_>, options: &PingOptions) -> Result<Noise, Fault> {
+    let (whitener, harmonics) = noise_at_the_end(trace, options);
+    let learn = |harmonics: &[u32]| learn_from_residuals(trace, options, whitener.clone(), (harmonics, &[]));
+    let mut learnt = learn(&harmonics);
+    let more = match &mut learnt {
+        Ok(Learnt { left, hum, .. }) => {
+            let left =
+                left.as_mut().map(|left| remove_hum(left, trace.rate_hz, options.mains_hz, &harmonics));
+            [left.unwrap_or_default(), hum.clone()].concat()
+        }
+        Err(_) => beside(options, diagnosis::loudest(trace, options)),
+    };
+    let mut all = [&harmonics[..], &more].concat();
+    all.sort_unstable();
+    all.dedup();
+    match if more.is_empty() { None } else { learn(&all).ok() } {
+        Some(again) => Ok(Noise::of(again.whitener, all)),
+        None => Ok(Noise::of(learnt?.whitener, harmonics)),
+    }
+}
+
+/// The harmonics of the mains beside a mode at `mode_hz`.
+fn beside(options: &PingOptions, mode_hz: Option<f64>) -> Vec<u32> {
+    let near = |h: &u32| mode_hz.is_some_and(|hz| (f64::from(*h) * options.mains_hz - hz).abs() < APART_HZ);
+    (1..=MAX_HARMONIC).filter(near).collect()
+}
+
 /// A first notion of the noise of a record without silence, from its last tenth: the colour, if the mode does
 /// not ring there any more, and the harmonics of the mains, but for those beside the mode, which may ring.
-pub(super) fn noise_at_the_end(trace: &Trace<'_>, options: &PingOptions) -> (Whitener, Vec<u32>) {
+fn noise_at_the_end(trace: &Trace<'_>, options: &PingOptions) -> (Whitener, Vec<u32>) {
     let tail = trace.len() - trace.len() / 10;
     let mut end: Vec<Vec<f64>> = trace.channels.iter().map(|y| y[tail..].to_vec()).collect();
     let deviations: Vec<f64> = end.iter().map(|y| deviation(y)).collect();
     let white = Whitener::scaling(&deviations);
     let Some(hz) = diagnosis::loudest(trace, options) else { return (white, Vec::new()) };
-    let beside = |h: &u32| (f64::from(*h) * options.mains_hz - hz).abs() < APART_HZ;
-    let beside: Vec<u32> = (1..=MAX_HARMONIC).filter(beside).collect();
-    let harmonics = remove_hum(&mut end, trace.rate_hz, options.mains_hz, &beside);
+    let harmonics = remove_hum(&mut end, trace.rate_hz, options.mains_hz, &beside(options, Some(hz)));
     let calm = trace.len() - tail >= MIN_QUIET && !ringing::rings(&end, trace.rate_hz, hz);
     let learnt = calm.then(|| Whitener::learn(&end).ok()).flatten();
     (learnt.unwrap_or(white), harmonics)
 }
 
+/// What a fit tells of the noise.
+struct Learnt {
+    whitener: Whitener,
+    /// Variance of what it leaves, over that of the noise as measured.
+    variance: f64,
+    /// What it leaves, if that is known.
+    left: Option<Vec<Vec<f64>>>,
+    /// Harmonics of the mains that it takes for modes.
+    hum: Vec<u32>,
+}
+
 /// With little or no quiet part: fit with a first notion of the noise, learn its colour from what is left,
-/// for another fit. And the variance of what is left, over that of the noise as measured.
-pub(super) fn learn_from_residuals(
+/// for another fit.
+fn learn_from_residuals(
     trace: &Trace<'_>,
     options: &PingOptions,
     whitener: Whitener,
     (harmonics, tones): (&[u32], &[f64]),
-) -> Result<(Whitener, f64), Fault> {
+) -> Result<Learnt, Fault> {
     let noise = Noise { tones: tones.to_vec(), ..Noise::of(whitener, harmonics.to_vec()) };
     let record = Whitened::of(trace, options, &noise)?;
     let fit = |start| fit_whitened(trace, options, &record, 0.0, start);
@@ -87,8 +128,16 @@ pub(super) fn learn_from_residuals(
         },
     };
     let variance = found.solution.variance();
-    let Some(left) = noise_left(trace, &found) else { return Ok((noise.whitener, variance)) };
-    Ok((Whitener::learn(&left)?, variance))
+    let left = noise_left(trace, &found);
+    let whitener = match &left {
+        Some(left) => Whitener::learn(left)?,
+        None => noise.whitener,
+    };
+    let hum = (1..=MAX_HARMONIC).filter(|h| {
+        let near = |s: C64| (s.im / TAU - f64::from(*h) * options.mains_hz).abs() < HUM_HZ && s.re > -LASTS;
+        found.solution.components.iter().skip(1).any(|c| c.kind == Kind::Mode && near(c.s))
+    });
+    Ok(Learnt { whitener, variance, left, hum: hum.collect() })
 }
 
 /// What a fit leaves of the record as it stands, not whitened; none where a filter and a curve of the mode

@@ -26,7 +26,7 @@ pub(crate) struct Search<'a> {
 }
 
 /// Decay rate up to which a tone at a harmonic of the mains is hum, 1/s.
-const LASTS: f64 = 1.0;
+pub(super) const LASTS: f64 = 1.0;
 /// Most modes added after the first guess.
 const MOST_ADDED: usize = 6;
 

@@ -61,6 +61,34 @@ fn slow_decays(count: u64) {
     assert!(wrong.is_empty(), "{wrong:?}");
 }
 
+/// The hum of the example is beside the mode, which still rings where the record ends; no silence is stated,
+/// so that nothing but the decay tells of the hum.
+#[test]
+fn coverage_of_decays_in_hum_that_end_while_the_mode_rings() {
+    let mut wrong = Vec::new();
+    for growth_rate in [-5.8, -10.5] {
+        for hum in [0.0, 1.5] {
+            let driven = Driven {
+                rate_hz: 12_800.0,
+                modes: vec![(C64::new(growth_rate, TAU * 104.8), 1.0), (C64::new(-12.0, TAU * 314.0), 1.0)],
+                forcing_hz: 104.2,
+                quiet: 0.0,
+                switched: vec![(0.25, 0.65)],
+                end: 1.6,
+                ratio: 300.0,
+                hum,
+                third: 0.5,
+                ..Driven::tube()
+            };
+            let name = format!("{growth_rate} 1/s, hum of {hum} times the noise");
+            if !holds(driven.study(&name, FEW), FEW) {
+                wrong.push(name);
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{wrong:?}");
+}
+
 #[test]
 fn coverage_of_a_loudspeaker_off_the_mode() {
     off_the_mode(FEW);
