@@ -46,7 +46,7 @@ pub use range::range;
 pub use routh::has_growing_root;
 pub use streams::{Stream, Streams};
 pub use tell::Tell;
-pub use two_part::TwoPart;
+pub use two_part::{Grows, TwoPart};
 pub use whole::{write_through, write_whole};
 
 /// A complex number in double precision.

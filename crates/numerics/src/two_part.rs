@@ -1,12 +1,33 @@
 //! Noise with a floor and a part in proportion to a modulus, and what residuals say of the two.
 
 /// How the variance of a noise grows with the modulus m of what was measured: that of each part of a complex
-/// number is sd^2 ((1 - w) + w (m/level)^2). The floor is sd (1 - w)^1/2, the part in proportion to m
+/// number is sd^2 ((1 - w) + w (g(m)/level)^2). The floor is sd (1 - w)^1/2, the part that grows g(m)
 /// sd w^1/2/level.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TwoPart {
     share: f64,
     level: f64,
+    grows: Grows,
+}
+
+/// How the part of a noise grows that does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Grows {
+    /// In proportion to the modulus, g = m: of an instrument, a gain or a source that is not steady.
+    AsModulus,
+    /// g = 1 + m^2: a quotient of two pressures p/q with the same noise n in both. It is off by n (1 + m^2)^1/2
+    /// / |q|, to first order, and where |p|^2 + |q|^2 is the same at all frequencies 1/|q| is in proportion to
+    /// (1 + m^2)^1/2.
+    AsQuotient,
+}
+
+impl Grows {
+    fn at(self, modulus: f64) -> f64 {
+        match self {
+            Self::AsModulus => modulus,
+            Self::AsQuotient => 1.0 + modulus * modulus,
+        }
+    }
 }
 
 /// Largest ln of w/(1 - w) that is tried: a floor of a thousandth of the part in proportion, at the level, is
@@ -27,11 +48,14 @@ impl TwoPart {
     /// A noise that does not grow.
     #[must_use]
     pub fn white() -> Self {
-        Self { share: 0.0, level: 1.0 }
+        Self { share: 0.0, level: 1.0, grows: Grows::AsModulus }
     }
 
-    fn at(ln_ratio: f64, level: f64) -> Self {
-        Self { share: 1.0 / (1.0 + (-ln_ratio).exp()), level }
+    /// The one of [`TwoPart::of`] that is most probable among those that grow in these ways.
+    #[must_use]
+    pub fn among(ways: &[Grows], rows: &[[f64; 3]]) -> (Self, f64) {
+        let all = ways.iter().map(|grows| Self::of(*grows, rows));
+        all.max_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((Self::white(), 0.0))
     }
 
     /// The most probable one for residuals, and by how many nats these are more probable than with a noise
@@ -39,14 +63,15 @@ impl TwoPart {
     /// which share of its variance a fit has left to the residual, 1 without a fit; sd is most probable in
     /// both cases. White, and no gain, where moduli say nothing.
     #[must_use]
-    pub fn of(rows: &[[f64; 3]]) -> (Self, f64) {
-        let level = (rows.iter().map(|[m, ..]| m * m).sum::<f64>() / rows.len() as f64).sqrt();
+    pub fn of(grows: Grows, rows: &[[f64; 3]]) -> (Self, f64) {
+        let level = (rows.iter().map(|[m, ..]| grows.at(*m).powi(2)).sum::<f64>() / rows.len() as f64).sqrt();
         let white = (Self::white(), 0.0);
         let squares: f64 = rows.iter().map(|[_, q, _]| q).sum();
         if !(level > 0.0 && level.is_finite() && squares > 0.0 && squares.is_finite()) {
             return white;
         }
-        let gain = |ln_ratio: f64| Self::at(ln_ratio, level).gain(rows);
+        let at = |ln_ratio: f64| Self { share: 1.0 / (1.0 + (-ln_ratio).exp()), level, grows };
+        let gain = |ln_ratio: f64| at(ln_ratio).gain(rows);
         let step = 2.0 * REACH / SCAN as f64;
         let scan = (0..=SCAN).map(|k| -REACH + step * k as f64);
         let Some(best) = scan.max_by(|a, b| gain(*a).total_cmp(&gain(*b))) else { return white };
@@ -56,7 +81,7 @@ impl TwoPart {
             let (left, right) = (high - golden * (high - low), low + golden * (high - low));
             if gain(left) < gain(right) { low = left } else { high = right }
         }
-        let found = Self::at(0.5 * (low + high), level);
+        let found = at(0.5 * (low + high));
         let gain = found.gain(rows);
         if gain > 0.0 { (found, gain) } else { white }
     }
@@ -75,10 +100,16 @@ impl TwoPart {
     /// The variance at a modulus over sd^2.
     #[must_use]
     pub fn factor(&self, modulus: f64) -> f64 {
-        1.0 - self.share + self.share * (modulus / self.level).powi(2)
+        1.0 - self.share + self.share * (self.grows.at(modulus) / self.level).powi(2)
     }
 
-    /// The floor and the part in proportion to the modulus, over sd.
+    /// How it grows.
+    #[must_use]
+    pub fn grows(&self) -> Grows {
+        self.grows
+    }
+
+    /// The floor and the part that grows, over sd; of the latter what it has where g is 1.
     #[must_use]
     pub fn parts(&self) -> [f64; 2] {
         [(1.0 - self.share).sqrt(), self.share.sqrt() / self.level]
@@ -92,27 +123,31 @@ mod tests {
     use rand::RngExt;
     use std::f64::consts::TAU;
 
-    fn rows(seed: u64, [floor, share]: [f64; 2]) -> Vec<[f64; 3]> {
+    fn rows(seed: u64, [floor, share]: [f64; 2], grows: Grows) -> Vec<[f64; 3]> {
         let mut stream = Streams::new(seed).stream("two parts");
         let mut row = |k: i32| {
-            let (m, drawn): (f64, f64) = (10_f64.powf(-2.0 * f64::from(k) / 79.0), stream.random());
+            let (m, drawn): (f64, f64) = (10_f64.powf(0.6 - 2.0 * f64::from(k) / 79.0), stream.random());
             // Squares of both parts together: exponential, of mean 2.
-            [m, -2.0 * (floor * floor + (share * m).powi(2)) * (1.0 - drawn).ln(), 1.0]
+            [m, -2.0 * (floor * floor + (share * grows.at(m)).powi(2)) * (1.0 - drawn).ln(), 1.0]
         };
         (0..80).map(&mut row).collect()
     }
 
     #[test]
     fn oracle_both_parts_are_where_the_likelihood_of_two_variances_is_largest() {
-        for (seed, truth) in [(1, [1e-3, 0.03]), (2, [5e-3, 0.03]), (3, [1e-3, 0.05])] {
-            let rows = rows(seed, truth);
-            let (found, gain) = TwoPart::of(&rows);
+        use Grows::{AsModulus, AsQuotient};
+        let truths =
+            [(1, [1e-3, 0.03], AsModulus), (2, [5e-3, 0.03], AsModulus), (3, [1e-3, 0.05], AsModulus)];
+        let quotients = [(4, [5e-3, 3e-3], AsQuotient), (5, [0.02, 0.01], AsQuotient)];
+        for (seed, truth, grows) in truths.into_iter().chain(quotients) {
+            let rows = rows(seed, truth, grows);
+            let (found, gain) = TwoPart::of(grows, &rows);
             let n = rows.len() as f64;
             let sd = (rows.iter().map(|[m, q, _]| q / found.factor(*m)).sum::<f64>() / (2.0 * n)).sqrt();
             let parts = found.parts().map(|p| p * sd);
             let cost = |[a, b]: [f64; 2]| -> f64 {
                 let of = |[m, q, _]: &[f64; 3]| {
-                    let v = a * a + (b * m).powi(2);
+                    let v = a * a + (b * grows.at(*m)).powi(2);
                     v.ln() + 0.5 * q / v
                 };
                 rows.iter().map(of).sum()
@@ -139,10 +174,38 @@ mod tests {
     #[test]
     fn coverage_white_residuals_seldom_ask_for_a_part_in_proportion() {
         // Twice the gain is chi squared of one number, or nothing where the part would be negative.
-        let asks = (0..200).filter(|seed| TwoPart::of(&rows(*seed, [0.01, 0.0])).1 > 2.0).count();
-        assert!((1..=11).contains(&asks), "{asks}");
-        let (found, gain) = TwoPart::of(&[[0.0, 1.0, 1.0], [0.0, 2.0, 1.0]]);
+        use Grows::{AsModulus, AsQuotient};
+        for (ways, most) in [(&[AsModulus][..], 11), (&[AsModulus, AsQuotient][..], 13)] {
+            let white = |seed: u64| rows(seed, [0.01, 0.0], AsModulus);
+            let asks = (0..200).filter(|seed| TwoPart::among(ways, &white(*seed)).1 > TwoPart::ASKED).count();
+            assert!((1..=most).contains(&asks), "{asks}");
+        }
+        let (found, gain) = TwoPart::of(AsModulus, &[[0.0, 1.0, 1.0], [0.0, 2.0, 1.0]]);
         assert_eq!((found, gain), (TwoPart::white(), 0.0));
+    }
+
+    /// Two pressures of a standing wave, of which the sum of squares is the same everywhere, each with the same
+    /// noise.
+    #[test]
+    fn oracle_the_noise_of_a_quotient_of_two_noisy_pressures() {
+        let n = 2e-3;
+        let rows: Vec<[f64; 3]> = (0..400)
+            .map(|seed| {
+                let mut stream = Streams::new(seed).stream("a quotient");
+                let mut normal = || {
+                    let [radius, turn]: [f64; 2] = [stream.random(), stream.random()];
+                    crate::C64::from_polar((-2.0 * (1.0 - radius).ln()).sqrt(), TAU * turn)
+                };
+                let angle = 0.02 + 0.5 * (std::f64::consts::PI - 0.08) * seed as f64 / 399.0;
+                let (p, q) = (angle.sin(), angle.cos());
+                [p / q, ((p + n * normal()) / (q + n * normal()) - p / q).norm_sqr(), 1.0]
+            })
+            .collect();
+        let (found, _) = TwoPart::among(&[Grows::AsModulus, Grows::AsQuotient], &rows);
+        assert_eq!(found.grows(), Grows::AsQuotient);
+        let sd = rows.iter().map(|[m, q, _]| q / found.factor(*m)).sum::<f64>() / (2.0 * rows.len() as f64);
+        let share = sd.sqrt() * found.parts()[1];
+        assert!((share / n - 1.0).abs() < 0.1, "{share}");
     }
 
     /// A line that is fitted to 12 numbers by least squares takes most of those at both ends: without the
@@ -176,7 +239,7 @@ mod tests {
                     let share = if shares { 1.0 - taken(i) } else { 1.0 };
                     [1.05 - x(i).powi(2), re[i].powi(2) + im[i].powi(2), share]
                 };
-                TwoPart::of(&(0..n).map(row).collect::<Vec<_>>()).1 > 2.0
+                TwoPart::of(Grows::AsModulus, &(0..n).map(row).collect::<Vec<_>>()).1 > 2.0
             };
             (0..200).filter(|seed| one(*seed)).count()
         };

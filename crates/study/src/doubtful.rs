@@ -8,7 +8,7 @@ use rijke_inference::Parameter;
 use rijke_numerics::slips::{
     COLD, PRANDTL, PRESSURE, VISCOSITY, is_light, is_too_late, is_too_long, is_too_wide,
 };
-use rijke_numerics::words::{few, rounded};
+use rijke_numerics::words::{few, rounded, to_digits};
 
 /// Microphones nearer than this hear the same, m.
 const ONE_PLACE: f64 = 0.005;
@@ -20,6 +20,8 @@ const ROOM: std::ops::RangeInclusive<f64> = 250.0..=330.0;
 pub(crate) const ZERO: f64 = 273.15;
 /// Most points that are named.
 const NAMED: usize = 5;
+/// Mach number from which waves feel the flow: frequencies by 4e-4, phases of a standing wave by 2 %.
+const FLOWS: f64 = 0.02;
 
 impl Study {
     /// Names of factors that are nearly reserved ones, points that no stage takes because they lack a factor,
@@ -35,6 +37,7 @@ impl Study {
         all.extend(self.no_gas());
         all.extend(self.sizes());
         all.extend(self.at_rest());
+        all.extend(self.in_flow());
         all.extend(self.late());
         all.extend(self.side_by_side());
         all
@@ -86,6 +89,36 @@ impl Study {
             )
         });
         named.into_iter().chain(waves).collect()
+    }
+
+    /// A flow that the waves of no model feel.
+    fn in_flow(&self) -> Option<String> {
+        let factor = match &self.plan.base {
+            Base::Measured(gas) => gas.flow.as_ref()?,
+            Base::HeatedFlow(heated) => &heated.flow,
+            Base::Ambient | Base::Rig | Base::States(_) => return None,
+        };
+        if self.catalogue.candidates().iter().any(|c| c.mean_flow.is_some()) {
+            return None;
+        }
+        let k = self.campaign.factor(factor)?;
+        let mach = |point: &Point| {
+            let temperature = point.ambient.map_or(self.rig.temperature, |t| t[0]);
+            let layout = self.rig.at(point, temperature).ok()?;
+            let area = layout.ducts.iter().flat_map(|d| d.area).fold(f64::INFINITY, f64::min);
+            let speed = self.rig.gas.at(temperature, self.rig.pressure).sound_speed;
+            Some(point.factors[k] / (area * speed)).filter(|m| m.abs() > FLOWS)
+        };
+        let all = self.campaign.points.iter().filter_map(|p| Some((mach(p)?, &p.id)));
+        let (mach, id) = all.max_by(|a, b| a.0.abs().total_cmp(&b.0.abs()))?;
+        Some(format!(
+            "at point {id} the gas flows with a Mach number of {}, by `{factor}`, and no candidate has `mean_flow`: waves run in gas at rest. For a flow of \
+             Mach number M frequencies are then wrong by about M^2, {} %, and phases along a duct by about M of them, {} %; give models a candidate with \
+             `mean_flow = \"full\"`",
+            to_digits(mach, 2),
+            to_digits(100.0 * mach * mach, 1),
+            to_digits(100.0 * mach.abs(), 2)
+        ))
     }
 
     /// Priors of delays that are most often meant in milliseconds.

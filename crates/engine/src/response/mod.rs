@@ -28,6 +28,7 @@ mod train;
 /// frequencies along which that of the model is alike.
 pub(crate) const NOISE: &str = "noise";
 pub(crate) const IN_PROPORTION: &str = "noise in proportion to the modulus";
+pub(crate) const OF_QUOTIENT: &str = "noise in proportion to 1 + |H|^2";
 const MISFIT: &str = "misfit";
 const LENGTH_OF_MISFIT: &str = "length of the misfit";
 

@@ -1,5 +1,5 @@
-//! Noise of a floor and of a part in proportion to the modulus: whether the data ask for it, and the training
-//! of a model with it.
+//! Noise of a floor and of a part that grows with the modulus: whether the data ask for it, and the training
+//! of a model with it. Of a quotient of two pressures that part may be what equal noise in both makes.
 //!
 //! The modulus is that of what the model says of each number, at the end of the last fit, and the fit is
 //! repeated until it stays. By the measured modulus a number that noise made large would count for less, and
@@ -13,13 +13,13 @@ use super::predict::Responses;
 use super::record::ResponseModelRecord;
 use super::residual::{NOT_NOISE, left};
 use super::train::{Found, ResponseTraining};
-use super::{IN_PROPORTION, NOISE};
+use super::{IN_PROPORTION, NOISE, OF_QUOTIENT};
 use crate::EngineError;
 use rayon::prelude::*;
 use rijke_inference::NoiseEstimate;
-use rijke_numerics::{C64, InOrder, Jet, Order, TwoPart};
+use rijke_numerics::{C64, Grows, InOrder, Jet, Order, TwoPart};
 use rijke_study::plan::SdSpec;
-use rijke_study::responses::ResponseStage;
+use rijke_study::responses::{ResponseKind, ResponseStage};
 
 /// Most trainings until the ratio of the parts has settled, and most models that tell it.
 const ROUNDS: usize = 4;
@@ -39,32 +39,49 @@ type Again<'a> = dyn Fn(usize, &TwoPart, &[Vec<C64>]) -> Result<(ResponseModelRe
     + Sync
     + 'a;
 
-/// The models of a stage as they were `trained`, or trained `again` with a noise that has a part in
-/// proportion to the modulus, if the data ask for it. The ratio of the two parts is the same for all models,
+/// How the noise of what was measured may grow with its modulus.
+pub(super) fn ways(whats: &[ResponseKind]) -> &'static [Grows] {
+    let is_quotient = |what: &ResponseKind| matches!(what, ResponseKind::Transfer { .. });
+    match whats.iter().all(is_quotient) {
+        true => &[Grows::AsModulus, Grows::AsQuotient],
+        false => &[Grows::AsModulus],
+    }
+}
+
+/// The models of a stage as they were `trained`, or trained `again` with a noise that has a part that grows
+/// in one of these `ways`, if the data ask for it. The ratio of the two parts is the same for all models,
 /// as the best of them has it, so that their evidence can be compared; each floats the size of both.
 ///
 /// # Errors
 /// Those of `again`.
 pub(super) fn with_the_noise_asked_for(
     stage: &ResponseStage,
-    measured: &[Measured],
+    (measured, ways): (&[Measured], &[Grows]),
     trained: Trained,
     again: &Again<'_>,
 ) -> Result<Trained, EngineError> {
-    let Some((mut noise, mut by)) = asked(stage, measured, &trained) else { return Ok(trained) };
+    let Some(Asked { mut noise, mut by, is_noise }) = asked(stage, (measured, ways), &trained) else {
+        return Ok(trained);
+    };
     let (mut models, mut found) = trained;
     for _ in 0..ROUNDS {
         let start = |model: &ResponseModelRecord| {
             heard_by(model).unwrap_or_else(|| measured.iter().map(|m| m.values.clone()).collect())
         };
         // Of the model that asks alone: with the noise that suits its residuals these are others.
+        let (mut by_itself, mut start_of_it) = (None, start(&models[by]));
         for _ in 0..ROUNDS {
-            let (model, learned) = again(by, &noise, &start(&models[by]))?;
-            let (other, gain) = better(measured, (&model, &learned), &noise);
+            let (model, learned) = again(by, &noise, &start_of_it)?;
+            let (other, gain) = better((measured, ways), (&model, &learned), &noise);
+            start_of_it = heard_by(&model).unwrap_or(start_of_it);
+            by_itself = Some(model);
             if gain < TwoPart::SETTLED {
                 break;
             }
             noise = other;
+        }
+        if !is_noise && by_itself.is_none_or(|model| correlates_by(&model, measured, &noise)) {
+            return Ok((models, found));
         }
         let one = |k: usize| again(k, &noise, &start(&models[k]));
         let next: Trained =
@@ -73,7 +90,7 @@ pub(super) fn with_the_noise_asked_for(
         let fitted = (0..models.len()).filter(|k| next.1[*k].is_some());
         let Some(best) = fitted.max_by(|a, b| worth(a).total_cmp(&worth(b))) else { break };
         (models, found) = next;
-        let (other, gain) = better(measured, (&models[best], &found[best]), &noise);
+        let (other, gain) = better((measured, ways), (&models[best], &found[best]), &noise);
         if best == by || gain < TwoPart::SETTLED {
             break;
         }
@@ -82,7 +99,7 @@ pub(super) fn with_the_noise_asked_for(
     Ok((models, found))
 }
 
-/// Whether a stage may ask for a part in proportion: where nothing is stated of its noise.
+/// Whether a stage may ask for a part that grows: where nothing is stated of its noise.
 fn may_ask(stage: &ResponseStage, measured: &[Measured]) -> bool {
     matches!(stage.noise, SdSpec::Floated)
         && stage.misfit.is_none()
@@ -90,43 +107,59 @@ fn may_ask(stage: &ResponseStage, measured: &[Measured]) -> bool {
         && measured.iter().all(|m| m.sd.is_empty() && m.sources == 0)
 }
 
-/// The noise that the data ask for, if it has a part in proportion, and the model that would have most
-/// evidence with it, which tells the noise. Models that leave what is no noise are not asked.
+/// A noise that the data ask for.
+struct Asked {
+    noise: TwoPart,
+    /// The model that tells it.
+    by: usize,
+    /// Whether what this model leaves is noise, by either.
+    is_noise: bool,
+}
+
+/// The noise that the data ask for, if it has a part that grows, by the model that would have most evidence
+/// with it. Models that leave what is no noise come after all others: a few loud numbers may draw them away
+/// from all quiet ones.
 fn asked(
     stage: &ResponseStage,
-    measured: &[Measured],
+    (measured, ways): (&[Measured], &[Grows]),
     (models, found): &Trained,
-) -> Option<(TwoPart, usize)> {
+) -> Option<Asked> {
     if !may_ask(stage, measured) {
         return None;
     }
     let best = models.iter().map(ResponseModelRecord::ln_evidence).fold(f64::NEG_INFINITY, f64::max);
     let of = |(by, (model, found)): (usize, (&ResponseModelRecord, &Option<Learned>))| {
         let heard = heard_by(model)?;
-        let (noise, gain) = TwoPart::of(&residuals(measured, &heard, &found.as_ref()?.left));
-        let rest = Rest { noise: &model.noise, kernel: None };
+        let (noise, gain) = TwoPart::among(ways, &residuals(measured, &heard, &found.as_ref()?.left));
         // Either way: where quiet numbers count for much, those of a fit to the loud ones correlate.
-        let correlates =
-            |measured: &[Measured]| left(measured, heard.clone(), rest).neighbours_sds > NOT_NOISE;
-        let is_noise = !correlates(measured) || !correlates(&scaled(measured, &heard, &noise));
-        is_noise.then_some((model.ln_evidence() + gain, gain, (noise, by)))
+        let is_noise =
+            !correlates_by(model, measured, &TwoPart::white()) || !correlates_by(model, measured, &noise);
+        Some((model.ln_evidence() + gain, gain, Asked { noise, by, is_noise }))
     };
     let least = if stage.noise_in_proportion == Some(true) { 0.0 } else { TwoPart::ASKED };
     let all = models.iter().zip(found).enumerate().filter_map(of);
-    let most = all.max_by(|a, b| a.0.total_cmp(&b.0));
-    most.filter(|(with, gain, _)| *gain > least && *with > best + least).map(|(_, _, asked)| asked)
+    let asks = all.filter(|(with, gain, _)| *gain > least && *with > best + least);
+    let most = asks.max_by(|a, b| a.2.is_noise.cmp(&b.2.is_noise).then(a.0.total_cmp(&b.0)));
+    most.map(|(_, _, asked)| asked)
+}
+
+/// Whether neighbours of what a model leaves correlate, each by its variance with this noise.
+fn correlates_by(model: &ResponseModelRecord, measured: &[Measured], noise: &TwoPart) -> bool {
+    let Some(heard) = heard_by(model) else { return true };
+    let measured = scaled(measured, &heard, noise);
+    left(&measured, heard, Rest { noise: &model.noise, kernel: None }).neighbours_sds > NOT_NOISE
 }
 
 /// By how many nats another noise would suit the residuals of a model better than the one it was judged with,
 /// and that noise.
 fn better(
-    measured: &[Measured],
+    (measured, ways): (&[Measured], &[Grows]),
     (model, found): (&ResponseModelRecord, &Option<Learned>),
     noise: &TwoPart,
 ) -> (TwoPart, f64) {
     let (Some(heard), Some(found)) = (heard_by(model), found) else { return (*noise, 0.0) };
     let rows = residuals(measured, &heard, &found.left);
-    let (other, gain) = TwoPart::of(&rows);
+    let (other, gain) = TwoPart::among(ways, &rows);
     (other, gain - noise.gain(&rows))
 }
 
@@ -217,13 +250,13 @@ pub(super) fn settled<'r>(
     }
     Err(EngineError::Unsettled {
         what: format!(
-            "the noise in proportion to the modulus does not settle in {FITS} fits: the predictions change from fit to fit; give every row its \
+            "the noise that grows with the modulus does not settle in {FITS} fits: the predictions change from fit to fit; give every row its \
              standard deviation (a column `sd`), or write `noise_in_proportion = false`"
         ),
     })
 }
 
-/// What training found of the noise, as the floor and the part in proportion.
+/// What training found of the noise, as the floor and the part that grows.
 pub(super) fn in_parts(found: &[NoiseEstimate], noise: &TwoPart) -> Vec<NoiseEstimate> {
     let [floor, share] = noise.parts();
     let both = |n: &NoiseEstimate| {
@@ -232,7 +265,11 @@ pub(super) fn in_parts(found: &[NoiseEstimate], noise: &TwoPart) -> Vec<NoiseEst
         }
         let part =
             |name: &str, of_it: f64| NoiseEstimate { name: name.into(), sd: n.sd * of_it, ..n.clone() };
-        vec![part(NOISE, floor), part(IN_PROPORTION, share)]
+        let grows = match noise.grows() {
+            Grows::AsModulus => IN_PROPORTION,
+            Grows::AsQuotient => OF_QUOTIENT,
+        };
+        vec![part(NOISE, floor), part(grows, share)]
     };
     found.iter().flat_map(both).collect()
 }

@@ -7,7 +7,7 @@ use super::ground::{Ground, Learned, law_error};
 use super::head::Rest;
 use super::measured::Measured;
 use super::mistaken::mistaken;
-use super::noise::{in_parts, left_by_the_fit, settled, with_the_noise_asked_for};
+use super::noise::{in_parts, left_by_the_fit, settled, ways, with_the_noise_asked_for};
 use super::predict::Responses;
 use super::record::{LoadRecord, ResponseModelRecord, ResponseStageRecord};
 use super::residual::{left, untold};
@@ -95,7 +95,8 @@ impl ResponseRun {
         let again = |k: usize, noise: &TwoPart, heard: &[Vec<C64>]| {
             self.row(&stage, &rows[k], &data, Some((noise, heard)))
         };
-        let (models, found) = with_the_noise_asked_for(&stage, &data.measured, trained, &again)?;
+        let (models, found) =
+            with_the_noise_asked_for(&stage, (&data.measured, ways(&data.whats)), trained, &again)?;
         let best = (0..models.len())
             .filter(|k| found[*k].is_some())
             .max_by(|a, b| models[*a].ln_evidence().total_cmp(&models[*b].ln_evidence()));

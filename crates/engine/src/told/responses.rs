@@ -1,7 +1,8 @@
 //! What is said of a stage that trained on responses.
 
 use super::doubts::{far_from_prior, reasons};
-use crate::response::{IN_PROPORTION, NOISE, ResponseStageRecord};
+use crate::response::{IN_PROPORTION, NOISE, OF_QUOTIENT, ResponseStageRecord};
+use rijke_inference::NoiseEstimate;
 use rijke_numerics::Tell;
 use rijke_numerics::words::{counted, fixed, to_digits};
 
@@ -53,13 +54,26 @@ pub fn tell_responses(stage: &ResponseStageRecord, tell: &dyn Tell) {
                 if untold == 1 { "error is" } else { "errors are" }
             ));
         }
-        let share = model.noise.iter().find(|n| n.name == IN_PROPORTION);
-        for n in model.noise.iter().filter(|n| n.floats && n.name != IN_PROPORTION) {
+        let grows = |n: &NoiseEstimate| match &n.name[..] {
+            IN_PROPORTION => Some(format!(" + {} % of the modulus", to_digits(100.0 * n.sd, 2))),
+            OF_QUOTIENT => Some(format!(
+                " + {} % of 1 + |H|^2, as equal noise of both microphones has",
+                to_digits(100.0 * n.sd, 2)
+            )),
+            _ => None,
+        };
+        let grown = model.noise.iter().find_map(grows).unwrap_or_default();
+        for n in model.noise.iter().filter(|n| n.floats && grows(n).is_none()) {
             let unit = if n.unit == "1" { "" } else { &n.unit };
-            let grows = share.filter(|_| n.name == NOISE);
-            let grows = grows
-                .map_or_else(String::new, |s| format!(" + {} % of the modulus", to_digits(100.0 * s.sd, 2)));
-            tell.say(format!("      {}: {:.3e} {unit}", n.name, n.sd).trim_end().to_owned() + &grows);
+            let grows = if n.name == NOISE { &grown[..] } else { "" };
+            tell.say(format!("      {}: {:.3e} {unit}", n.name, n.sd).trim_end().to_owned() + grows);
+        }
+        if !grown.is_empty() {
+            tell.say(
+                "      that the noise grows was found from the residuals: a loss, a length or a place that is wrong leaves as much near resonances. \
+                 A column `sd` tells the two apart"
+                    .to_owned(),
+            );
         }
         tell.say(format!(
             "      residual {:.3e}, correlation of neighbours {:.2}",

@@ -3,11 +3,14 @@
 use super::doubts::{far_from_prior, not_identified};
 use crate::run::{Asked, Missing, ModelRecord, StageRecord};
 use rijke_numerics::Tell;
-use rijke_numerics::words::{counted, fixed, quantity, rounded, with_sd};
+use rijke_numerics::words::{counted, fixed, quantity, rounded, to_digits, with_sd};
 use rijke_study::HeatedFit;
 
 /// A misfit in growth rate (1/s), frequency (rad/s) and relative pressure that is none.
 const NO_MISFIT: [f64; 3] = [1e-7, 1e-6, 1e-9];
+
+/// A misfit is told in measured errors from so many of them on.
+const SEVERAL: f64 = 3.0;
 
 /// A line that is said of a stage.
 enum Line {
@@ -54,7 +57,7 @@ fn lines(stage: &StageRecord) -> Vec<Line> {
         all.extend(assumed(stage).into_iter().map(|doubt| Line::Against([BELOW, "."], doubt)));
         let trained = !stage.measured.is_empty();
         all.push(Line::Said(if trained {
-            misfit(model)
+            misfit(stage, model)
         } else {
             "      no mode was measured: nothing was trained".to_owned()
         }));
@@ -102,15 +105,24 @@ fn table(stage: &StageRecord) -> Vec<Line> {
 
 /// What a model misses beyond the measured errors. What a search leaves of a noise that the data choose to be
 /// none is none.
-fn misfit(model: &ModelRecord) -> String {
+fn misfit(stage: &StageRecord, model: &ModelRecord) -> String {
     let size = |k: usize| Some(model.misfit[k].abs()).filter(|v| *v >= NO_MISFIT[k]).unwrap_or(0.0);
     let [growth, frequency, pressure] = [0, 1, 2].map(size);
+    let times = |misfit: f64, measured: Vec<f64>| {
+        let errors = (measured.iter().map(|sd| sd * sd).sum::<f64>() / measured.len() as f64).sqrt();
+        let times = Some(misfit / errors).filter(|t| t.is_finite() && *t >= SEVERAL);
+        times.map_or_else(String::new, |t| format!(" ({} times these)", to_digits(t, 2)))
+    };
+    let rates = stage.measured.iter().filter_map(|m| Some(m.growth_rate?[1])).collect();
+    let frequencies = stage.measured.iter().filter_map(|m| Some(m.angular_frequency?[1])).collect();
     let of_pressures =
         if pressure > 0.0 { format!(", {} of relative pressures", rounded(pressure)) } else { String::new() };
     format!(
-        "      misfit beyond the measured errors: {} 1/s, {} Hz{of_pressures}",
+        "      misfit beyond the measured errors: {} 1/s{}, {} Hz{}{of_pressures}",
         rounded(growth),
-        rounded(frequency / std::f64::consts::TAU)
+        times(growth, rates),
+        rounded(frequency / std::f64::consts::TAU),
+        times(frequency, frequencies)
     )
 }
 
@@ -155,7 +167,7 @@ fn still_asked(missing: &Missing) -> Vec<Line> {
     let tried = missing.tried;
     if !first.is_required() {
         return vec![Line::Said(format!(
-            "      missing: no further term is significant; the best of {tried} that were tried is {} (p = {:.2} by chance)",
+            "      missing: no single further term is significant; the best of {tried} that were tried is {} (p = {:.2} by chance)",
             first.first.words(),
             first.first.probability
         ))];

@@ -5,7 +5,7 @@ use super::relocate::{Fractions, Samples, relocate, residues, spread, upper};
 use super::rows::{TableRow, phase_slope};
 use super::table::Table;
 use super::table_error::TableError;
-use crate::{C64, Stream, TwoPart};
+use crate::{C64, Grows, Stream, TwoPart};
 use rand::RngExt;
 use std::f64::consts::PI;
 
@@ -49,7 +49,7 @@ impl Likely {
         for _ in 0..ROUNDS {
             let Some((best, _)) = fits.iter().max_by(|a, b| a.1.total_cmp(&b.1)) else { break };
             let residuals = measured.residuals(best);
-            let (other, gain) = TwoPart::of(&residuals);
+            let (other, gain) = TwoPart::of(Grows::AsModulus, &residuals);
             let least = if noise == TwoPart::white() {
                 TwoPart::ASKED
             } else {

@@ -52,7 +52,7 @@ pub(super) fn judged(
             x: term.x,
             times: term.times.clone(),
             strength: [told.strength, told.sd],
-            unit: term.unit.to_owned(),
+            unit: term.unit.clone().into_owned(),
             prior_sd: told.prior_sd(observations),
             gain: told.gain(told.drop[1], observations),
             probability: probability(told.gain(told.drop[0], observations)),

@@ -2,14 +2,17 @@
 
 use crate::observed::Used;
 use crate::point::Probed;
+use crate::predictor::Predictor;
 use crate::{Assembly, EngineError, Observed, PointModel};
 use rayon::prelude::*;
+use rijke_inference::{Forward, InferenceError};
 use rijke_network::Workspace;
 use rijke_numerics::words::to_digits;
-use rijke_numerics::{C64, InOrder};
+use rijke_numerics::{C64, InOrder, Matrix, Order};
 use rijke_rig::ModeRows;
 use rijke_study::names::{DENSITY, SOUND_SPEED};
-use rijke_study::{Campaign, PartAt, Place, Shape, hertz, unit_behind};
+use rijke_study::{Campaign, Candidate, PartAt, Place, Shape, hertz, unit_behind};
+use std::borrow::Cow;
 use std::collections::BTreeSet;
 
 /// A term of the library.
@@ -30,7 +33,7 @@ pub(super) struct Term {
     /// What it is in proportion to; nothing if it is the same at all points.
     pub(super) times: String,
     /// Unit of its strength.
-    pub(super) unit: &'static str,
+    pub(super) unit: Cow<'static, str>,
 }
 
 /// All terms, and the change of every datum per strength of each.
@@ -138,6 +141,8 @@ impl Library {
         making.add_ends();
         making.add_walls();
         making.add_laws(assembly);
+        let slopes = Predictor::new(assembly, observed, used)?.predict(values, Order::First);
+        making.add_parameters(assembly, used, &slopes.map_err(InferenceError::from)?.jacobian);
         let mut library = making.library;
         library.add_channels(assembly, used, rows);
         Ok(library)
@@ -168,7 +173,7 @@ impl Library {
                 acts: "channel".to_owned(),
                 x: None,
                 times: String::new(),
-                unit,
+                unit: unit.into(),
             });
         }
     }
@@ -216,7 +221,7 @@ impl Making<'_> {
                     acts: coefficient.to_string(),
                     x,
                     times: String::new(),
-                    unit,
+                    unit: (*unit).into(),
                 };
                 self.add(&term, &|of, k| {
                     let x = spot.at[k]?;
@@ -286,6 +291,27 @@ impl Making<'_> {
             }
         }
     }
+
+    /// Parameters of the model that are not the same at all points. The `slopes` are of all numbers of the
+    /// prediction, of which `used` tells how many are of each observation, by the model's parameters.
+    fn add_parameters(&mut self, assembly: &Assembly, used: &[Used], slopes: &Matrix) {
+        let first = |k: usize| used[..k].iter().map(Used::size).sum::<usize>();
+        let place: Vec<usize> = self.rows.iter().map(|(k, row)| first(*k) + row).collect();
+        for (j, parameter) in assembly.parameters().iter().enumerate() {
+            let has = |c: &&Candidate| c.parameters.iter().any(|p| p.name == parameter.name);
+            let effect = assembly.candidates().iter().find(has).and_then(|c| c.effects.first());
+            let Some(effect) = effect else { continue };
+            let changes = Term {
+                unit: parameter.unit.clone().into(),
+                ..term(&format!("change of {}", parameter.name), &effect.place_text, "1")
+            };
+            for (times, weights) in self.factors.iter().filter(|(times, _)| !times.is_empty()) {
+                let datum = |(i, (k, _)): (&usize, &(usize, usize))| weights[*k] * slopes[(*i, j)];
+                self.library.directions.push(place.iter().zip(self.rows).map(datum).collect());
+                self.library.terms.push(Term { times: times.clone(), ..changes.clone() });
+            }
+        }
+    }
 }
 
 /// A term of a named place, of no place along x.
@@ -299,7 +325,7 @@ fn term(effect: &str, place: &str, unit: &'static str) -> Term {
             .to_owned(),
         x: None,
         times: String::new(),
-        unit,
+        unit: unit.into(),
     }
 }
 

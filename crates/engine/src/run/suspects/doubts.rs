@@ -112,13 +112,23 @@ pub(in crate::run) fn doubts(
 
 /// Parameters that the data give another sign than their prior, most of which lies on its side of zero.
 pub(in crate::run) fn other_sign(found: &[TrainedParameter], declared: &[Parameter]) -> Vec<String> {
+    // A phase that is kept from its value turns the sign.
+    let bounded = declared.iter().filter(|p| matches!(p.prior, Prior::Uniform { .. }));
+    let bounded: Vec<&str> = bounded.map(|p| p.name.as_str()).collect();
+    let checked = match &bounded[..] {
+        [] => "the signs in its law and the phases of its tables".into(),
+        names => format!(
+            "the signs in its law, the phases of its tables, and the bounds of the prior of {}",
+            names.join(" and of ")
+        ),
+    };
     let one = |parameter: &Parameter| {
         let Prior::Normal { mean, sd } = parameter.prior else { return None };
         let f = found.iter().find(|f| f.name == parameter.name)?;
         let other = f.value * mean < 0.0 && mean.abs() >= sd && f.value.abs() > CLEARLY * f.sd;
         other.then(|| {
             format!(
-                "{} = {} has not the sign of its prior, {mean} +- {sd}: if that is impossible, check the signs in its law and the phases of its tables",
+                "{} = {} has not the sign of its prior, {mean} +- {sd}: if that is impossible, check {checked}",
                 f.name,
                 with_sd(f.value, f.sd)
             )

@@ -183,39 +183,48 @@ impl Wiring {
         measured: &[(usize, C64)],
         reference: usize,
     ) -> Option<(Pressures, C64)> {
-        let right = |m: usize| {
-            let from = self.other(m);
-            let whole = match from == reference {
-                true => C64::ONE,
-                false => measured.iter().find(|(k, _)| *k == from)?.1,
-            };
-            Some(if matches!(self, Self::Reversed(k) if k == m) { -whole } else { whole })
-        };
-        let scale = right(reference)?;
-        let all = measured.iter().map(|(m, _)| Some((*m, right(*m)? / scale)));
-        Some((all.collect::<Option<_>>()?, scale))
+        let scale = self.whole(reference, measured, reference)?;
+        let right = |(m, _): &(usize, C64)| Some((*m, self.whole(*m, measured, reference)? / scale));
+        Some((measured.iter().map(right).collect::<Option<_>>()?, scale))
     }
 
-    /// Puts a mode right. The covariance of a pressure goes with the microphone, and has the scale of what
-    /// divides it.
+    /// The pressure of a microphone without this fault, over that of the reference as it was taken.
+    fn whole(self, m: usize, measured: &[(usize, C64)], reference: usize) -> Option<C64> {
+        let from = self.other(m);
+        let found = match from == reference {
+            true => C64::ONE,
+            false => measured.iter().find(|(k, _)| *k == from)?.1,
+        };
+        Some(if self.turns(m) { -found } else { found })
+    }
+
+    fn turns(self, m: usize) -> bool {
+        matches!(self, Self::Reversed(k) if k == m)
+    }
+
+    /// Puts a mode right, with the covariance that its numbers have then to first order.
     fn change(self, o: &mut Observed, reference: usize) {
-        let Some((right, scale)) = self.put_right(&o.mode.pressures, reference) else { return };
-        let old = o.mode.covariance.clone();
-        let n = old.rows();
+        let measured = &o.mode.pressures;
+        let Some((right, scale)) = self.put_right(measured, reference) else { return };
+        // Of the pressure w_m / w_r of microphone m, by that of microphone k as measured.
+        let slope = |m: usize, ratio: C64, k: usize| {
+            let whole = |of: usize| match self.other(of) == k {
+                true => C64::ONE * if self.turns(of) { -1.0 } else { 1.0 },
+                false => C64::ZERO,
+            };
+            (whole(m) - ratio * whole(reference)) / scale
+        };
+        let n = o.mode.covariance.rows();
         let first = n - 2 * right.len();
-        let from = |row: usize| {
-            let of_pressure = row.checked_sub(first);
-            let place =
-                of_pressure.and_then(|k| right.iter().position(|(m, _)| *m == self.other(right[k / 2].0)));
-            place.map_or(row, |j| first + 2 * j + (row - first) % 2)
-        };
-        // What pressures have in common, such as an error of the gain, turns its sign with them.
-        let turned = |row: usize| matches!(self, Self::Reversed(m) if m == right[(row - first) / 2].0);
-        let size = |row: usize| match row < first {
-            true => 1.0,
-            false => scale.norm().recip() * if turned(row) { -1.0 } else { 1.0 },
-        };
-        o.mode.covariance = Matrix::from_fn(n, n, |i, j| size(i) * size(j) * old[(from(i), from(j))]);
+        let jacobian = Matrix::from_fn(n, n, |i, j| match (i.checked_sub(first), j.checked_sub(first)) {
+            (Some(i), Some(j)) => {
+                let (m, ratio) = right[i / 2];
+                let z = slope(m, ratio, measured[j / 2].0);
+                [[z.re, -z.im], [z.im, z.re]][i % 2][j % 2]
+            }
+            _ => f64::from(u8::from(i == j)),
+        });
+        o.mode.covariance = jacobian.product(&o.mode.covariance).product(&jacobian.transpose());
         o.mode.pressures = right;
     }
 }
@@ -226,44 +235,70 @@ mod tests {
     use crate::run::suspects::doubts::tests::points;
     use rijke_numerics::{C64, Matrix};
 
-    /// Against the same covariance under the names that are right, or, if the reference was one of the two,
-    /// with standard deviations over the pressure of what takes its place.
+    /// Against the same covariance under other names or signs, and, where the reference was one of the two,
+    /// by differences.
     #[test]
-    fn exact_the_covariance_of_a_pressure_goes_with_its_microphone() {
+    fn exact_the_covariance_of_pressures_goes_with_the_microphones() {
         let mut measured = points().swap_remove(0);
         let pressures = [C64::new(0.5, 0.1), C64::new(0.2, -0.3), C64::new(-0.6, 0.4)];
         measured.mode.pressures = (1..4).zip(pressures).collect();
-        let of = |places: [usize; 3], scale: f64| {
+        let of = |places: [usize; 3], signs: [f64; 3]| {
             Matrix::from_fn(8, 8, |i, j| {
-                let name = |row: usize| row.checked_sub(2).map_or(row, |k| 2 + 2 * places[k / 2] + k % 2);
-                let size = |row: usize| if row < 2 { 1.0 } else { scale };
+                let pressure = |row: usize| row.checked_sub(2).map(|k| k / 2);
+                let name = |row: usize| pressure(row).map_or(row, |k| 2 + 2 * places[k] + row % 2);
+                let sign = |row: usize| pressure(row).map_or(1.0, |k| signs[k]);
                 let (a, b) = (name(i), name(j));
                 let own = if a == b { 20.0 } else { 0.0 };
-                size(i) * size(j) * (own + (1 + a.min(b)) as f64 / (1 + a.max(b)) as f64)
+                sign(i) * sign(j) * (own + (1 + a.min(b)) as f64 / (1 + a.max(b)) as f64)
             })
         };
-        measured.mode.covariance = of([0, 1, 2], 1.0);
+        measured.mode.covariance = of([0, 1, 2], [1.0; 3]);
         let found = |wiring: Wiring| {
             let mut right = measured.clone();
             wiring.change(&mut right, 0);
             right.mode
         };
-        let same = |found: &Matrix, expected: &Matrix| {
-            (0..8).all(|i| (0..8).all(|j| (found[(i, j)] - expected[(i, j)]).abs() < 1e-12))
+        let same = |found: &Matrix, expected: &Matrix, within: f64| {
+            (0..8).all(|i| (0..8).all(|j| (found[(i, j)] - expected[(i, j)]).abs() < within))
         };
-        let reversed = found(Wiring::Reversed(2)).covariance;
-        let sign = |row: usize| if (4..6).contains(&row) { -1.0 } else { 1.0 };
-        let old = &measured.mode.covariance;
-        assert!(same(&reversed, &Matrix::from_fn(8, 8, |i, j| sign(i) * sign(j) * old[(i, j)])));
+        for (reversed, signs) in [(2, [1.0, -1.0, 1.0]), (0, [-1.0; 3])] {
+            let reversed = found(Wiring::Reversed(reversed)).covariance;
+            assert!(same(&reversed, &of([0, 1, 2], signs), 1e-12));
+        }
         let exchanged = found(Wiring::Exchanged([2, 3]));
         let expected = [(1, pressures[0]), (2, pressures[2]), (3, pressures[1])];
         assert_eq!(exchanged.pressures, expected);
-        assert!(same(&exchanged.covariance, &of([0, 2, 1], 1.0)));
+        assert!(same(&exchanged.covariance, &of([0, 2, 1], [1.0; 3]), 1e-12));
         let reference = found(Wiring::Exchanged([0, 1]));
         let z = pressures[0];
-        assert_eq!(reference.pressures, [(1, 1.0 / z), (2, pressures[1] / z), (3, pressures[2] / z)]);
-        let expected = of([0, 1, 2], z.norm().recip());
-        let found = &reference.covariance;
-        assert!((4..8).all(|i| (4..8).all(|j| (found[(i, j)] - expected[(i, j)]).abs() < 1e-12)));
+        let ratios = |p: [C64; 3]| [1.0 / p[0], p[1] / p[0], p[2] / p[0]];
+        let expected: Vec<(usize, C64)> = (1..4).zip(ratios(pressures)).collect();
+        assert_eq!(reference.pressures, expected);
+        // Central differences of all eight numbers.
+        let numbers = |row: usize, by: f64| {
+            let mut all = [0.0; 8];
+            all[row] = by;
+            let moved = [0, 1, 2].map(|k| pressures[k] + C64::new(all[2 + 2 * k], all[3 + 2 * k]));
+            let ratios = ratios(moved);
+            [
+                all[0],
+                all[1],
+                ratios[0].re,
+                ratios[0].im,
+                ratios[1].re,
+                ratios[1].im,
+                ratios[2].re,
+                ratios[2].im,
+            ]
+        };
+        let step = 1e-5 * z.norm();
+        let slopes =
+            Matrix::from_fn(8, 8, |i, j| (numbers(j, step)[i] - numbers(j, -step)[i]) / (2.0 * step));
+        let old = &measured.mode.covariance;
+        let expected = Matrix::from_fn(8, 8, |i, j| {
+            let sum = |a: usize| (0..8).map(|b| slopes[(i, a)] * old[(a, b)] * slopes[(j, b)]).sum::<f64>();
+            (0..8).map(sum).sum()
+        });
+        assert!(same(&reference.covariance, &expected, 1e-5));
     }
 }

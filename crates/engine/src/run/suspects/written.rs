@@ -6,6 +6,11 @@ use rijke_numerics::words::rounded;
 /// Pressures of another scale than the model's differ at least by this factor: gains are known far better.
 const OTHER_SCALE: f64 = 3.0;
 
+/// A phase that a column of imaginary parts holds most often has one above this, in degrees or, at a microphone
+/// of the other sign, in rad; imaginary parts of relative pressures seldom do. Smaller ones, which a flow makes,
+/// are as good as none if they are read as degrees.
+const PHASE: f64 = 1.0;
+
 /// Pressures of one mode at microphones, over that of the reference.
 pub(in crate::run) type Pressures = Vec<(usize, C64)>;
 
@@ -31,7 +36,9 @@ impl Form {
         let scale = product / square;
         let scaled = (scale.is_finite() && !(1.0 / OTHER_SCALE..OTHER_SCALE).contains(&scale) && scale > 0.0)
             .then_some(Self::Scaled(scale));
+        let is_phase = measured.iter().flat_map(|all| all.iter()).any(|(_, p)| p.im.abs() > PHASE);
         let polar = [Self::Polar(1.0_f64.to_radians(), "degrees"), Self::Polar(1.0, "rad")];
+        let polar = polar.into_iter().filter(|_| is_phase);
         let far = |form: Self| {
             let right =
                 |_: usize, p: &Pressures| Some(p.iter().map(|(m, p)| (*m, form.put_right(*p))).collect());
@@ -105,7 +112,14 @@ mod tests {
         assert!(far < 1e-12 && words.contains("modulus and phase in degrees"), "{far} {words}");
         let (far, words) = said(|p| C64::new(p.norm(), p.arg()));
         assert!(far < 1e-12 && words.contains("modulus and phase in rad"), "{far} {words}");
-        // What is right is in none of these forms.
+        // What is right is in none of these forms, and phases that a flow makes are none of a column.
         assert!(said(|p| 1.1 * p).0 > 0.3);
+        let real: Vec<Pressures> =
+            model.iter().map(|o| o.iter().map(|(m, p)| (*m, p.re.into())).collect()).collect();
+        let moved: Vec<Pressures> = real
+            .iter()
+            .map(|o| o.iter().map(|(m, p)| (*m, p * C64::from_polar(1.0, 0.2))).collect())
+            .collect();
+        assert!(Form::nearest(&real, &moved.iter().collect::<Vec<_>>()).is_none());
     }
 }
