@@ -75,7 +75,7 @@ pub enum NetworkError {
         most: usize,
     },
     /// A flow is too fast for the closures used.
-    #[error("duct {index}: the Mach number is {mach:.3}, but must be below 0.3")]
+    #[error("duct {index}: the Mach number is {mach:.3}, but must be below 0.3: check the flow and its unit")]
     TooFast {
         /// Number of the duct, from 0.
         index: usize,

@@ -98,7 +98,9 @@ impl Study {
             Base::HeatedFlow(heated) => &heated.flow,
             Base::Ambient | Base::Rig | Base::States(_) => return None,
         };
-        if self.catalogue.candidates().iter().any(|c| c.mean_flow.is_some()) {
+        let (_, unused) = self.plan.unused(&self.catalogue);
+        let is_used = |c: &&Candidate| !unused.iter().any(|other| other.id == c.id);
+        if self.catalogue.candidates().iter().filter(is_used).any(|c| c.mean_flow.is_some()) {
             return None;
         }
         let k = self.campaign.factor(factor)?;
@@ -112,7 +114,7 @@ impl Study {
         let all = self.campaign.points.iter().filter_map(|p| Some((mach(p)?, &p.id)));
         let (mach, id) = all.max_by(|a, b| a.0.abs().total_cmp(&b.0.abs()))?;
         Some(format!(
-            "at point {id} the gas flows with a Mach number of {}, by `{factor}`, and no candidate has `mean_flow`: waves run in gas at rest. For a flow of \
+            "at point {id} the gas flows with a Mach number of {}, by `{factor}`, and no candidate of a stage has `mean_flow`: waves run in gas at rest. For a flow of \
              Mach number M frequencies are then wrong by about M^2, {} %, and phases along a duct by about M of them, {} %; give models a candidate with \
              `mean_flow = \"full\"`",
             to_digits(mach, 2),

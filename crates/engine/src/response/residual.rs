@@ -6,6 +6,7 @@ use super::select::Selected;
 use super::stray::stray;
 use crate::run::TrainedParameter;
 use rijke_numerics::C64;
+use rijke_numerics::words::to_digits;
 use rijke_study::plan::SdSpec;
 use rijke_study::responses::{ResponseKind, ResponseStage};
 
@@ -190,6 +191,16 @@ impl Left {
                  are worse than stated, or the model misses an effect, which may have moved its parameters by more than their deviations"
             ));
         }
+        let stated = self.beyond_stated.or((!floats).then_some(self.ratio));
+        if let Some(part) =
+            stated.filter(|part| *part < 1.0 / BEYOND && *part < 1.0 - NOT_NOISE * self.ratio_sd)
+        {
+            remarks.push(format!(
+                "the stated noise is about {} times too large for these residuals: the standard deviations of parameters are then too large, and leads \
+                 too small; check what is stated (`noise` of the stage, or the column of `sd`)",
+                to_digits(1.0 / part, 2)
+            ));
+        }
         if let Some(power) = self.grows() {
             remarks.push(format!(
                 "the residuals grow with the modulus of the data, to the power {power:.1}, but one noise is taken for all: standard deviations are too small, by a \
@@ -199,7 +210,7 @@ impl Left {
         } else {
             remarks.extend(stray(measured, &self.distances));
         }
-        if self.share > POOR {
+        if self.share > POOR || self.neighbours_sds > NOT_NOISE {
             remarks.extend(mistaken());
         }
         if self.is_covered(stage) {
@@ -242,23 +253,23 @@ fn not_noise(stage: &ResponseStage, measured: &[Measured], left: &Left) -> Strin
         _ if left.share > POOR => "this model does not describe these data",
         // Pressures of unknown sources are trained without a misfit.
         None if measured.iter().any(|m| m.sources > 0) => {
-            "the model of the rig or of the instrument misses a small effect, such as an error of a temperature (T_amb_sd), a length or a \
+            "the model of the rig or of the instrument misses an effect, such as an error of a temperature (T_amb_sd), a length or a \
              place that counts as exact. More frequencies make the result more certain, but not more right: state these errors, or give the \
              microphones larger ones ([microphones] of rig.toml). Fewer frequencies (`step_hz`) hide the effect and leave its bias in the \
              parameters"
         }
         None => {
-            "the model of the rig or of the instrument misses a small effect, such as an error of a temperature (T_amb_sd), a length or a \
+            "the model of the rig or of the instrument misses an effect, such as an error of a temperature (T_amb_sd), a length or a \
              place that counts as exact. More frequencies make the result more certain, but not more right: state these errors, or let the \
              misfit correlate ([responses.misfit]). Fewer frequencies (`step_hz`) hide the effect and leave its bias in the parameters"
         }
         Some(_) => "the model of the rig or of the instrument misses an effect",
     };
     format!(
-        "the residuals are not noise: their rms is {:.2e}, over their standard deviations {:.2} % of that of the data, and neighbouring \
-         frequencies correlate by {:.2}, {:.0} sd from what noise and misfit have; {remedy}",
-        left.size,
-        100.0 * left.share,
+        "the residuals are not noise: rms {}, {} % of the data if each counts by its standard deviation; neighbours correlate \
+         by {:.2}, {:.0} standard deviations above what noise and misfit give; {remedy}",
+        to_digits(left.size, 3),
+        to_digits(100.0 * left.share, 2),
         left.neighbours,
         left.neighbours_sds
     )

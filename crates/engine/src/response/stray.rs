@@ -72,7 +72,7 @@ pub(super) fn stray(measured: &[Measured], distances: &[Vec<f64>]) -> Vec<String
     if !alone.is_empty() {
         let places: Vec<&str> = alone.iter().map(|(_, place)| place.as_str()).collect();
         said.push(format!(
-            "{}: {:.0} times as far from the model as is usual here, and alone among the frequencies beside: look at these rows, \
+            "{}: an outlier, {:.0} times the usual distance from the model, with normal frequencies beside it: look at these rows, \
              which make the noise large for all",
             few(&places, NAMED),
             alone[0].0 / usual
@@ -109,14 +109,14 @@ mod tests {
         let mut one = of([1.0; 3]);
         one[2][4] = 40.0;
         let said = stray(&all, &one);
-        assert!(said.len() == 1 && said[0].starts_with("140.0 Hz of c: 33 times as far"), "{said:?}");
+        assert!(said.len() == 1 && said[0].starts_with("140.0 Hz of c: an outlier, 33 times"), "{said:?}");
         // A resonance that the model has at another frequency spreads.
         (one[2][3], one[2][5]) = (25.0, 20.0);
         assert!(stray(&all, &one).is_empty());
         one[2][3] = 0.8;
         let said = stray(&all, &one);
         assert!(
-            said.len() == 1 && said[0].starts_with("140.0 and 150.0 Hz of c: 17 times as far"),
+            said.len() == 1 && said[0].starts_with("140.0 and 150.0 Hz of c: an outlier, 17 times"),
             "{said:?}"
         );
     }

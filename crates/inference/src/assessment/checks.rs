@@ -6,6 +6,7 @@ use crate::error::InferenceError;
 use crate::evidence::Laplace;
 use crate::fit::{Fit, Posterior};
 use crate::problem::{Coordinates, Parameters, Prior};
+use rijke_numerics::words::to_digits;
 use rijke_numerics::{Cholesky, Matrix, Order, symmetric_eigen};
 
 /// ln of the standard deviation of a noise whose data tell nothing, and of how many times as large it is at
@@ -172,7 +173,9 @@ impl Posterior<'_> {
             };
             if near {
                 let bound = if a - low < high - a { low } else { high };
-                found.push(format!("{} = {a:.4e} {} (bound {bound:.4e})", parameter.name, parameter.unit));
+                let unit = if parameter.unit == "1" { "" } else { &parameter.unit };
+                let text = format!("{} = {} {unit}", parameter.name, to_digits(a, 4));
+                found.push(format!("{} (bound {})", text.trim_end(), to_digits(bound, 4)));
             }
         }
         found

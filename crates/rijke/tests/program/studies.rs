@@ -198,6 +198,31 @@ fn message_what_is_wrong_in_a_study_is_refused_with_file_and_line() {
     refused("observations/modes.csv", "p2_re,", "q2_re,", &["no column called `q2_re`", "p2_re"]);
 }
 
+/// Of litres per second, where a minute was meant, or of a duct that is blown hard.
+#[test]
+fn message_a_flow_that_no_wave_feels_is_told() {
+    let folder = scratch("study-in-flow");
+    copy(&example("quarter-wave"), &folder.join("rig"));
+    let replace = |file: &str, from: &str, to: &str| {
+        let path = folder.join("rig").join(file);
+        let text = fs::read_to_string(&path).unwrap();
+        assert!(text.contains(from), "{file} has no {from}");
+        fs::write(&path, text.replacen(from, to, 1)).unwrap();
+    };
+    let said = || {
+        let output = rijke(&folder, &["check", "rig"]);
+        String::from_utf8(output.stderr).unwrap()
+    };
+    let doubt = "and no candidate of a stage has `mean_flow`: waves run in gas at rest";
+    replace("study.toml", "rows = [[\"heat.king-lighthill\", \"mean-flow.without-entropy\"]]\n", "");
+    let slow = said();
+    assert!(!slow.contains(doubt), "{slow}");
+    replace("campaign.csv", "flow [L/min]", "flow [L/s]");
+    let fast = said();
+    // 80 litres per second through a circle of 50 mm, over 344 m/s.
+    assert!(fast.contains("a Mach number of 0.12, by `flow`") && fast.contains(doubt), "{fast}");
+}
+
 #[test]
 fn message_ranking_says_what_is_doubtful_in_the_files() {
     let folder = scratch("study-doubts");

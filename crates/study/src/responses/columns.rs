@@ -236,9 +236,11 @@ fn text(path: &Path, width: usize) -> Result<NumberColumns, (Option<usize>, Stud
         return Err((None, StudyProblem::Empty { what: "row of numbers", need }));
     };
     if columns.len() != width {
-        let need = "as many columns as `columns` in observations.toml lists";
-        let value = format!("{} numbers", columns.len());
-        return Err((Some(*first), StudyProblem::Value { key: "row".into(), value, need }));
+        let said = format!(
+            "the row has {} numbers, and `columns` in observations.toml lists {width}",
+            columns.len()
+        );
+        return Err((Some(*first), StudyProblem::Csv(said)));
     }
     Ok((columns, lines))
 }

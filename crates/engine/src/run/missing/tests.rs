@@ -1,7 +1,11 @@
 //! The derivatives at strength zero against those of models that have the effects.
 
+use super::library::{self, Library};
+use crate::observed::Used;
+use crate::predictor::Predictor;
 use crate::run::{Run, Trusted};
 use crate::{Assembly, Conditions, Observed, PointModel};
+use rijke_inference::Forward;
 use rijke_network::Workspace;
 use rijke_numerics::{C64, Order};
 use rijke_study::names::{AREA, DENSITY, DIAMETER, PERIMETER, SOUND_SPEED};
@@ -77,6 +81,50 @@ fn exact_effects_that_a_model_lacks_move_it_as_if_it_had_them() {
     // element, the library that in the middle of either half: of second order in its length.
     let layers: Vec<C64> = found.layers.as_ref().unwrap().iter().map(|z| z * found.s.sqrt()).collect();
     near(3e-4, &layers, C64::ONE, &eta);
+}
+
+/// A parameter that grows as a factor changes each number by its own derivative, times that factor there:
+/// against differences of the model.
+#[test]
+fn exact_parameters_that_grow_as_a_factor_change_each_point_by_its_own() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/quarter-wave");
+    let study = Study::open(&folder).unwrap();
+    let run = Run::new(study.clone(), &study.observations().unwrap(), Trusted::Laplace).unwrap();
+    let hot = |o: &&Observed| o.conditions.point.row == "hot";
+    let observed: Vec<Observed> = run.observed.iter().filter(hot).take(5).cloned().collect();
+    let used: Vec<Used> = observed.iter().map(|o| o.used(&[0, 1, 2], 0)).collect();
+    let ids = ["wall.kirchhoff", "inlet.rigid", "mouth.thick", "heat.constant"];
+    let candidates = ids.iter().map(|id| study.catalogue.get(id).unwrap().clone()).collect();
+    let assembly = Assembly::new(Arc::new(study.rig.clone()), candidates, &BTreeMap::new()).unwrap();
+    let mut values: Vec<f64> = assembly.parameters().iter().map(|p| p.prior.quantile(0.5)).collect();
+    let rows: Vec<(usize, usize)> =
+        used.iter().enumerate().flat_map(|(k, u)| (0..u.size()).map(move |row| (k, row))).collect();
+    let library = Library::of(&assembly, &study.campaign, &observed, &used, &values, &rows).unwrap();
+    let grows = |t: &library::Term| t.effect == "change of k2" && t.times.starts_with("flow/");
+    let k = library.terms.iter().position(grows).unwrap();
+    assert!((&*library.terms[k].place, &*library.terms[k].unit) == ("gauze", "s"), "{:?}", library.terms[k]);
+    let predictor = Predictor::new(&assembly, &observed, &used).unwrap();
+    let j = assembly.parameters().iter().position(|p| p.name == "k2").unwrap();
+    let (at, step) = (values[j], 1e-3 * values[j]);
+    let mut moved = |by: f64| {
+        values[j] = at + by;
+        predictor.predict(&values, Order::Value).unwrap().values
+    };
+    let [up, down] = [moved(step), moved(-step)];
+    let flow = study.campaign.factor("flow").unwrap();
+    let flows: Vec<f64> = observed.iter().map(|o| o.conditions.point.factors[flow]).collect();
+    let largest = flows.iter().copied().fold(0.0, f64::max);
+    assert!(flows.iter().any(|f| *f < largest));
+    let expected: Vec<f64> = rows
+        .iter()
+        .enumerate()
+        .map(|(i, (o, _))| flows[*o] / largest * (up[i] - down[i]) / (2.0 * step))
+        .collect();
+    let size = expected.iter().map(|e| e.abs()).fold(0.0, f64::max);
+    let off = library.directions[k].iter().zip(&expected).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    assert!(size > 0.0 && off < 1e-5 * size, "{off} of {size}");
+    // The same at all points it is the parameter itself.
+    assert!(!library.terms.iter().any(|t| t.effect == "change of k2" && t.times.is_empty()));
 }
 
 /// Laws that are in proportion to a gain move s by that gain times its derivative: of each of two flames that

@@ -6,9 +6,9 @@ use rijke_numerics::words::rounded;
 /// Pressures of another scale than the model's differ at least by this factor: gains are known far better.
 const OTHER_SCALE: f64 = 3.0;
 
-/// A phase that a column of imaginary parts holds most often has one above this, in degrees or, at a microphone
-/// of the other sign, in rad; imaginary parts of relative pressures seldom do. Smaller ones, which a flow makes,
-/// are as good as none if they are read as degrees.
+/// Phases that stand in a column of imaginary parts are most often above this at some microphone, in degrees
+/// or, where the pressure has the other sign, in rad; imaginary parts of relative pressures seldom are. Small
+/// ones, which a flow makes, are as good as none if they are read as degrees.
 const PHASE: f64 = 1.0;
 
 /// Pressures of one mode at microphones, over that of the reference.

@@ -6,6 +6,7 @@ mod channels;
 mod delay;
 mod extends;
 mod head;
+mod nodes;
 mod noise;
 mod pressures;
 mod slow;
