@@ -15,9 +15,9 @@ pub struct TwoPart {
 pub enum Grows {
     /// In proportion to the modulus, g = m: of an instrument, a gain or a source that is not steady.
     AsModulus,
-    /// g = 1 + m^2: a quotient of two pressures p/q with the same noise n in both. To first order it is off by
-    /// n (1 + m^2)^1/2 / |q|, and where |p|^2 + |q|^2 is the same at all frequencies 1/|q| is in proportion
-    /// to (1 + m^2)^1/2.
+    /// g = 1 + m^2: a quotient of two pressures p/q with the same noise n in both. To first order it is off
+    /// by n (1 + m^2)^1/2 / |q|, and where |p|^2 + |q|^2 is the same at all frequencies 1/|q| is in
+    /// proportion to (1 + m^2)^1/2.
     AsQuotient,
 }
 

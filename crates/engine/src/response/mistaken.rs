@@ -35,7 +35,8 @@ pub(super) fn mistaken(
     let said = "the complex conjugates of these data have GAIN nats more: rijke takes numbers that vary as exp(i omega t); if these are for \
                 exp(-i omega t), turn the signs of the phases or of the imaginary parts";
     let mut all: Vec<Undone> = vec![(turned, 0.0, said.to_owned())];
-    // A model that is nearly right may be so because a flow has turned its direction; other mistakes leave more.
+    // A model that is nearly right may be so because a flow has turned its direction; other mistakes leave
+    // more.
     let heard = if poor > POOR { microphones(&data.whats) } else { Vec::new() };
     // Of two microphones nobody knows which one is turned, and exchanging them inverts their ratio.
     let two = heard.len() == 2;

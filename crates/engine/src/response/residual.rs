@@ -2,13 +2,11 @@
 
 use super::head::Rest;
 use super::measured::{Measured, sessions};
-use super::select::Selected;
 use super::stray::stray;
-use crate::run::TrainedParameter;
 use rijke_numerics::C64;
 use rijke_numerics::words::to_digits;
 use rijke_study::plan::SdSpec;
-use rijke_study::responses::{ResponseKind, ResponseStage};
+use rijke_study::responses::ResponseStage;
 
 /// A correlation of neighbouring residuals beyond this many standard deviations is none of noise.
 pub(super) const NOT_NOISE: f64 = 4.0;
@@ -273,23 +271,6 @@ fn not_noise(stage: &ResponseStage, measured: &[Measured], left: &Left) -> Strin
         left.neighbours,
         left.neighbours_sds
     )
-}
-
-/// Of which parameters the data tell nothing, in a sentence; none if they tell of all.
-pub(super) fn untold(parameters: &[TrainedParameter], data: &Selected) -> Option<String> {
-    let untold: Vec<&str> = parameters.iter().filter(|p| p.is_as_before()).map(|p| p.name.as_str()).collect();
-    if untold.is_empty() {
-        return None;
-    }
-    let both =
-        |what: &ResponseKind| matches!(what, ResponseKind::Pressure { sources, .. } if sources.len() > 1);
-    let hint = if data.whats.iter().any(both) {
-        "; waves of unknown strength enter at both ends, so these data do not determine what the ends reflect: if only one end drives, write \
-         sources = [\"upstream\"]"
-    } else {
-        ""
-    };
-    Some(format!("not identified by these data, as their priors: {}{hint}", untold.join(", ")))
 }
 
 #[cfg(test)]

@@ -155,7 +155,10 @@ impl Assembly<'_> {
         };
         let sizes = Sizes::of(self.gas, region);
         self.warnings.extend(delay.and_then(|delay| sizes.late(&item, delay)));
-        self.check_modulus(&item, &law, region);
+        // Where the flow leaves, a passive end gives back up to (1 + M)/(1 - M) of the pressure (Cantrell &
+        // Hart, J. Acoust. Soc. Am. 36 (1964) 697).
+        let most = mach.filter(|_| end == 1).map_or(1.0, |m| (1.0 + m) / (1.0 - m));
+        self.check_modulus(&item, &law, region, most);
         self.warnings.extend(mach.filter(|_| is_mouth && end == 0).map(|mach| drawn_in(&item, mach)));
         Ok((self.laws.push(item.place, law), choked))
     }
@@ -192,15 +195,15 @@ impl Assembly<'_> {
         Ok(closure(self.gases[if end == 0 { 0 } else { self.gases.len() - 1 }].gamma, mach))
     }
 
-    /// Warns of an end whose |R| exceeds 1 at a frequency of the search.
-    fn check_modulus(&mut self, item: &Item, law: &Law, region: &Region) {
+    /// Warns of an end whose |R| exceeds what a passive one has at `most`, at a frequency of the search.
+    fn check_modulus(&mut self, item: &Item, law: &Law, region: &Region, most: f64) {
         const SAMPLES: usize = 201;
         let [low, high] = region.omega.map(|w| w.max(1e-3));
         let omega = |k: usize| low + (high - low) * k as f64 / (SAMPLES - 1) as f64;
         let modulus = |k: usize| (law.analytic(C64::new(0.0, omega(k)))[0].norm(), omega(k));
         let largest = (0..SAMPLES).map(modulus).fold((0.0, low), |a, b| if b.0 > a.0 { b } else { a });
-        if largest.0 > 1.0 + 1e-9 {
-            self.passive = false;
+        self.passive &= largest.0 <= 1.0 + 1e-9;
+        if largest.0 > most + 1e-9 {
             let frequency_hz = largest.1 / (2.0 * PI);
             let (line, place) = (item.line, item.place.clone());
             self.warnings.push(Warning::Reflection { line, place, modulus: largest.0, frequency_hz });

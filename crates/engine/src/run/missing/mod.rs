@@ -9,6 +9,7 @@
 //!
 //! Knows one trained model and its data, and no candidate but its own: a term that is found is a description.
 
+mod factors;
 mod judge;
 mod library;
 #[cfg(test)]

@@ -5,7 +5,8 @@ use super::super::course::{Chosen, Elsewhere, Found, Run, StandsOn, Trusted, mic
 use super::super::parameter::parameters;
 use super::super::record::{EvidenceRecord, ModelRecord, misfit};
 use super::super::suspects::apart::Stated;
-use super::super::suspects::doubts::{doubts, feeding, other_sign};
+use super::super::suspects::doubts::{doubts, other_sign};
+use super::super::suspects::ends::{Reflected, feeding};
 use super::super::suspects::far::beyond_tables;
 use super::super::suspects::matching::check_modes;
 use super::super::suspects::shapes::{Shape, outlying};
@@ -20,6 +21,7 @@ use rijke_numerics::words::few;
 use rijke_numerics::{C64, Streams};
 use rijke_rig::ModeRows;
 use rijke_study::Effect;
+use rijke_study::names::MACH;
 use rijke_study::plan::{NoiseSpec, Stage};
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -94,7 +96,16 @@ impl Run {
         };
         let models: Vec<Solved<'_>> =
             found.observed.iter().zip(&record.predicted).filter_map(solved).collect();
-        let reflections = models.iter().map(|(s, model)| (model.end_reflections(values, s.im), s.im));
+        let leaves = |o: &Observed| match assembly.mean_flow() {
+            Some(_) => o.conditions.around(o.conditions.layout.length)[MACH],
+            None => 0.0,
+        };
+        let mach = found.observed.iter().map(leaves).fold(0.0, f64::max);
+        let reflections = models.iter().map(|(s, model)| Reflected {
+            moduli: model.end_reflections(values, s.im),
+            omega: s.im,
+            mach,
+        });
         let said: Vec<String> =
             trained.sampler.iter().map(ToString::to_string).chain(feeding(reflections)).collect();
         let doubled = match models.first() {

@@ -23,10 +23,6 @@ const EXCHANGED: [f64; 2] = [4.0, 2.5];
 /// Few points are one of so many, at least one and at most four.
 const FEW: usize = 6;
 
-/// An |R| beyond which an end is said to feed the modes: one part in a hundred is left for its standard
-/// deviation.
-const PASSIVE: f64 = 1.01;
-
 /// Two eigenvalues that differ by less than this part of their size are one.
 const ONE_MODE: f64 = 1e-7;
 
@@ -232,28 +228,6 @@ impl Outlying<'_> {
             ),
         }
     }
-}
-
-/// What is said of ends that feed the modes, of |R| at the upstream and the downstream end, and the angular
-/// frequencies at which they are.
-pub(in crate::run) fn feeding(reflections: impl Iterator<Item = ([Option<f64>; 2], f64)>) -> Vec<String> {
-    let mut largest = [[PASSIVE, 0.0]; 2];
-    for (ends, omega) in reflections {
-        for (most, modulus) in largest.iter_mut().zip(ends) {
-            if let Some(modulus) = modulus.filter(|m| *m > most[0]) {
-                *most = [modulus, omega];
-            }
-        }
-    }
-    let feeds = ["upstream", "downstream"].into_iter().zip(largest).filter(|(_, most)| most[0] > PASSIVE);
-    let said = |(end, [modulus, omega]): (&str, [f64; 2])| {
-        format!(
-            "|R| of the {end} end is {modulus:.3} at {:.1} Hz, above 1: this end feeds the modes, as no passive end does; a term that drives them is missing, or growth \
-             rates have the wrong sign",
-            hertz(omega)
-        )
-    };
-    feeds.map(said).collect()
 }
 
 #[cfg(test)]

@@ -6,6 +6,7 @@
 pub(super) mod apart;
 pub(super) mod behind;
 pub(super) mod doubts;
+pub(super) mod ends;
 pub(super) mod far;
 pub(super) mod handed;
 pub(super) mod matching;

@@ -1,0 +1,77 @@
+//! Ends that feed the modes.
+
+use rijke_study::hertz;
+
+/// An |R| over that of a passive end from which an end is said to feed the modes: one part in a hundred is
+/// left for its standard deviation.
+const PASSIVE: f64 = 1.01;
+
+/// |R| of the upstream and the downstream end, where a model has them.
+pub(in crate::run) struct Reflected {
+    pub(in crate::run) moduli: [Option<f64>; 2],
+    /// The angular frequency at which it is.
+    pub(in crate::run) omega: f64,
+    /// Mach number of the flow that leaves, 0 for waves in gas at rest.
+    pub(in crate::run) mach: f64,
+}
+
+impl Reflected {
+    /// The largest |R| of a passive end. Where a flow leaves, waves take (1 + M)^2 |f|^2 out and bring
+    /// (1 - M)^2 |g|^2 back (Cantrell & Hart, J. Acoust. Soc. Am. 36 (1964) 697).
+    fn passive(&self, end: usize) -> f64 {
+        if end == 1 { (1.0 + self.mach) / (1.0 - self.mach) } else { 1.0 }
+    }
+}
+
+/// What is said of ends that feed the modes.
+pub(in crate::run) fn feeding(all: impl Iterator<Item = Reflected>) -> Vec<String> {
+    let mut largest: [Option<(f64, f64, f64)>; 2] = [None; 2];
+    for reflected in all {
+        for (end, most) in largest.iter_mut().enumerate() {
+            let Some(modulus) = reflected.moduli[end] else { continue };
+            let passive = reflected.passive(end);
+            let over = modulus / passive;
+            if over > most.map_or(PASSIVE, |(modulus, _, passive)| modulus / passive) {
+                *most = Some((modulus, reflected.omega, passive));
+            }
+        }
+    }
+    let said = |(end, (modulus, omega, passive)): (&str, (f64, f64, f64))| {
+        let limit = if passive > 1.0 {
+            format!("{passive:.3}, the largest of a passive end in this flow")
+        } else {
+            "1".into()
+        };
+        format!(
+            "|R| of the {end} end is {modulus:.3} at {:.1} Hz, above {limit}: this end feeds the modes, as no passive end does; a term that drives them is missing, \
+             or growth rates have the wrong sign",
+            hertz(omega)
+        )
+    };
+    let feeds = ["upstream", "downstream"].into_iter().zip(largest);
+    feeds.filter_map(|(end, most)| Some((end, most?))).map(said).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Reflected, feeding};
+
+    #[test]
+    fn message_an_end_that_feeds_is_told_by_what_a_passive_one_reflects_in_the_flow() {
+        let of = |moduli: [f64; 2], mach: f64| {
+            feeding([Reflected { moduli: moduli.map(Some), omega: 600.0, mach }].into_iter())
+        };
+        assert!(of([1.0, 1.0], 0.0).is_empty() && of([0.9, 1.2], 0.1).is_empty());
+        let still = of([0.9, 1.2], 0.0);
+        assert!(
+            still.len() == 1
+                && still[0].starts_with("|R| of the downstream end is 1.200 at 95.5 Hz, above 1:")
+        );
+        let blown = of([1.1, 1.3], 0.1);
+        assert!(blown.len() == 2 && blown[0].contains("upstream end is 1.100"), "{blown:?}");
+        assert!(
+            blown[1].contains("1.300 at 95.5 Hz, above 1.222, the largest of a passive end"),
+            "{blown:?}"
+        );
+    }
+}
