@@ -125,8 +125,10 @@ mod tests {
 
     fn rows(seed: u64, [floor, share]: [f64; 2], grows: Grows) -> Vec<[f64; 3]> {
         let mut stream = Streams::new(seed).stream("two parts");
+        // A quotient grows from one on.
+        let most = if grows == Grows::AsQuotient { 4.0 } else { 1.0 };
         let mut row = |k: i32| {
-            let (m, drawn): (f64, f64) = (10_f64.powf(0.6 - 2.0 * f64::from(k) / 79.0), stream.random());
+            let (m, drawn): (f64, f64) = (most * 10_f64.powf(-2.0 * f64::from(k) / 79.0), stream.random());
             // Squares of both parts together: exponential, of mean 2.
             [m, -2.0 * (floor * floor + (share * grows.at(m)).powi(2)) * (1.0 - drawn).ln(), 1.0]
         };

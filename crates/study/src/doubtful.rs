@@ -3,7 +3,7 @@
 use crate::law::Effect;
 use crate::names::{MACH, MASS_FLUX, VELOCITY};
 use crate::plan::Base;
-use crate::{Candidate, DuctAt, Point, Study, StudyProblem};
+use crate::{Candidate, DuctAt, Point, RigAtPoint, Shape, Study, StudyProblem};
 use rijke_inference::Parameter;
 use rijke_numerics::slips::{
     COLD, PRANDTL, PRESSURE, VISCOSITY, is_light, is_too_late, is_too_long, is_too_wide,
@@ -253,6 +253,7 @@ impl Study {
                 "rig.toml: a duct is {widest:.4} m wide: a number without a unit is in m; write the unit, as in diameter = \"44 mm\""
             ));
         }
+        all.extend(self.thick(&rig, widest));
         if is_too_long(rig.length, wavelength) {
             all.push(format!(
                 "rig.toml: the rig is {:.4} m long: a number without a unit is in m; write the unit, as in length = \"750 mm\"",
@@ -260,6 +261,29 @@ impl Study {
             ));
         }
         all
+    }
+}
+
+/// Ends of names of numbers of a part that no duct is narrower than.
+const THIN: [&str; 3] = ["diameter", "radius", "thickness"];
+
+impl Study {
+    /// Wires, holes and plates that do not fit into the widest duct.
+    fn thick(&self, rig: &RigAtPoint, widest: f64) -> Vec<String> {
+        let devices = self.rig.parts.iter().filter(|p| matches!(p.shape, Shape::Device(_)));
+        let numbers = devices.flat_map(|p| p.numbers.iter().map(move |(place, _)| (&p.name, *place)));
+        let said = |(part, place): (&String, usize)| {
+            let name = self.rig.scope.names().get(place)?.name.rsplit('.').next()?;
+            let value = rig.numbers[place];
+            (THIN.iter().any(|end| name.ends_with(end)) && value > widest).then(|| {
+                format!(
+                    "rig.toml: `{name}` of `{part}` is {} m, but the widest duct is {} m: correct the number or its unit, as in {name} = \"0.3 mm\"",
+                    rounded(value),
+                    rounded(widest)
+                )
+            })
+        };
+        numbers.filter_map(said).collect()
     }
 }
 
