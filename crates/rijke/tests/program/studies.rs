@@ -217,7 +217,10 @@ fn message_a_flow_that_no_wave_feels_is_told() {
     replace("study.toml", "rows = [[\"heat.king-lighthill\", \"mean-flow.without-entropy\"]]\n", "");
     replace("rig.toml", "wire_diameter = \"0.3 mm\"", "wire_diameter = \"0.3 m\"");
     let slow = said();
-    assert!(slow.contains("`wire_diameter` of `gauze` is 0.300 m, but the widest duct is 0.0500 m"), "{slow}");
+    assert!(
+        slow.contains("`wire_diameter` of `gauze` is 0.300 m, but the widest duct is 0.0500 m"),
+        "{slow}"
+    );
     assert!(!slow.contains(doubt), "{slow}");
     replace("campaign.csv", "flow [L/min]", "flow [L/s]");
     let fast = said();
