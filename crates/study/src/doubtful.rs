@@ -23,6 +23,9 @@ const NAMED: usize = 5;
 /// Mach number from which waves feel the flow: frequencies by 4e-4, phases of a standing wave by 2 %.
 const FLOWS: f64 = 0.02;
 
+/// Ends of names of numbers of a part that no duct is narrower than.
+const THIN: [&str; 3] = ["diameter", "radius", "thickness"];
+
 impl Study {
     /// Names of factors that are nearly reserved ones, points that no stage takes because they lack a factor,
     /// ambient temperatures in degC whose number is that of a room in K, ducts so cold that degC were meant,
@@ -264,12 +267,7 @@ impl Study {
         }
         all
     }
-}
 
-/// Ends of names of numbers of a part that no duct is narrower than.
-const THIN: [&str; 3] = ["diameter", "radius", "thickness"];
-
-impl Study {
     /// Wires, holes and plates that do not fit into the widest duct.
     fn thick(&self, rig: &RigAtPoint, widest: f64) -> Vec<String> {
         let devices = self.rig.parts.iter().filter(|p| matches!(p.shape, Shape::Device(_)));

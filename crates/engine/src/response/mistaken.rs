@@ -35,9 +35,7 @@ pub(super) fn mistaken(
     let said = "the complex conjugates of these data have GAIN nats more: rijke takes numbers that vary as exp(i omega t); if these are for \
                 exp(-i omega t), turn the signs of the phases or of the imaginary parts";
     let mut all: Vec<Undone> = vec![(turned, 0.0, said.to_owned())];
-    // A model that is nearly right may be so because a flow has turned its direction; other mistakes leave
-    // more.
-    let heard = if poor > POOR { microphones(&data.whats) } else { Vec::new() };
+    let heard = microphones(&data.whats);
     // Of two microphones nobody knows which one is turned, and exchanging them inverts their ratio.
     let two = heard.len() == 2;
     for m in heard.iter().take(if two { 1 } else { usize::MAX }) {
@@ -54,12 +52,12 @@ pub(super) fn mistaken(
         all.push((each(data, of, |z| -z), 0.0, said));
     }
     let reflects = |what: &ResponseKind| matches!(what, ResponseKind::Reflection { .. });
-    if poor > POOR && data.whats.iter().any(reflects) {
+    if data.whats.iter().any(reflects) {
         let said = "with the signs of the reflection coefficients turned these data have GAIN nats more: they are of pressure, and an impedance is p over \
                     rho c u, not its inverse";
         all.push((each(data, reflects, |z| -z), 0.0, said.to_owned()));
     }
-    all.extend(inverted(data).filter(|_| poor > POOR && !two));
+    all.extend(inverted(data).filter(|_| !two));
     let pairs = heard.iter().enumerate().flat_map(|(k, a)| heard[k + 1..].iter().map(move |b| [*a, *b]));
     for pair in pairs.filter(|_| heard.len() <= MOST) {
         let [a, b] = pair.map(|m| &names[m]);
@@ -68,6 +66,11 @@ pub(super) fn mistaken(
              their names or their places"
         );
         all.extend(exchanged(data, pair).map(|(exchanged, ln_scale)| (exchanged, ln_scale, said)));
+    }
+    // A model that is nearly right may be so because a flow has turned its direction; other mistakes leave
+    // more.
+    if poor <= POOR {
+        all.truncate(1);
     }
     let stage = ResponseStage { checked: false, ..training.stage.clone() };
     let kernel = stage.misfit.as_ref().map(|m| m.kernel);

@@ -5,11 +5,11 @@ use super::fairest::APART_HZ;
 use super::lines::lines;
 use super::options::PingOptions;
 use super::ringing;
-use crate::dsp::noise::remove_hum;
+use crate::dsp::noise::{MAX_HARMONIC, remove_hum};
 use crate::{Fault, SteadyTone, Trace};
 
 /// Distance from a harmonic of the mains that is there, up to which a tone is part of it, Hz.
-pub(super) const HUM_HZ: f64 = 1.5;
+const HUM_HZ: f64 = 1.5;
 
 /// Distance from the mode up to which a tone leaks into it in a short silence, in resolutions of the silence.
 const BINS: f64 = 5.0;
@@ -43,8 +43,7 @@ impl Heard {
         let found = lines(&noise, trace.rate_hz, hz, apart_hz);
         if !found.hertz.is_empty() && found.steady {
             // Hum that is fitted takes what was left of it along.
-            let is_hum =
-                |hz: f64| harmonics.iter().any(|h| (f64::from(*h) * options.mains_hz - hz).abs() < HUM_HZ);
+            let is_hum = |hz: f64| harmonics.iter().any(|h| is_of_harmonic(options, *h, hz));
             let tones = found.hertz.into_iter().filter(|hz| !is_hum(*hz)).collect();
             return Self { tones, ..plain(found.rest, harmonics) };
         }
@@ -52,12 +51,23 @@ impl Heard {
             return plain(noise, harmonics);
         }
         // A short silence does not tell noise that rings the mode from hum beside it: the decay does.
-        let beside = |h: &u32| (f64::from(*h) * options.mains_hz - hz).abs() < APART_HZ;
-        let beside: Vec<u32> = harmonics.iter().copied().filter(beside).collect();
+        let mut beside = beside(options, hz);
+        beside.retain(|h| harmonics.contains(h));
         let (noise, mut harmonics) = without(&beside);
         harmonics.extend(beside);
         Self { narrow_hz: Some(hz), ..plain(noise, harmonics) }
     }
+}
+
+/// Whether a tone is part of a harmonic of the mains.
+pub(super) fn is_of_harmonic(options: &PingOptions, harmonic: u32, hz: f64) -> bool {
+    (f64::from(harmonic) * options.mains_hz - hz).abs() < HUM_HZ
+}
+
+/// The harmonics of the mains beside a mode at `mode_hz`.
+pub(super) fn beside(options: &PingOptions, mode_hz: f64) -> Vec<u32> {
+    let near = |h: &u32| (f64::from(*h) * options.mains_hz - mode_hz).abs() < APART_HZ;
+    (1..=MAX_HARMONIC).filter(near).collect()
 }
 
 /// A fault that a steady tone beside the mode explains, in its words; `tones` are in the silence, and the

@@ -2,9 +2,8 @@
 //! leaves, or from its end.
 
 use super::diagnosis;
-use super::fairest::APART_HZ;
 use super::from_start::{Start, fit_whitened};
-use super::heard::{HUM_HZ, Heard};
+use super::heard::{Heard, beside, is_of_harmonic};
 use super::judged::Fitted;
 use super::options::PingOptions;
 use super::resolution::deviation;
@@ -66,7 +65,7 @@ pub(super) fn noise_without_silence(trace: &Trace<'_>, options: &PingOptions) ->
                 left.as_mut().map(|left| remove_hum(left, trace.rate_hz, options.mains_hz, &harmonics));
             [left.unwrap_or_default(), hum.clone()].concat()
         }
-        Err(_) => beside(options, diagnosis::loudest(trace, options)),
+        Err(_) => diagnosis::loudest(trace, options).map_or_else(Vec::new, |hz| beside(options, hz)),
     };
     let mut all = [&harmonics[..], &more].concat();
     all.sort_unstable();
@@ -77,12 +76,6 @@ pub(super) fn noise_without_silence(trace: &Trace<'_>, options: &PingOptions) ->
     }
 }
 
-/// The harmonics of the mains beside a mode at `mode_hz`.
-fn beside(options: &PingOptions, mode_hz: Option<f64>) -> Vec<u32> {
-    let near = |h: &u32| mode_hz.is_some_and(|hz| (f64::from(*h) * options.mains_hz - hz).abs() < APART_HZ);
-    (1..=MAX_HARMONIC).filter(near).collect()
-}
-
 /// A first notion of the noise of a record without silence, from its last tenth: the colour, if the mode does
 /// not ring there any more, and the harmonics of the mains, but for those beside the mode, which may ring.
 fn noise_at_the_end(trace: &Trace<'_>, options: &PingOptions) -> (Whitener, Vec<u32>) {
@@ -91,7 +84,7 @@ fn noise_at_the_end(trace: &Trace<'_>, options: &PingOptions) -> (Whitener, Vec<
     let deviations: Vec<f64> = end.iter().map(|y| deviation(y)).collect();
     let white = Whitener::scaling(&deviations);
     let Some(hz) = diagnosis::loudest(trace, options) else { return (white, Vec::new()) };
-    let harmonics = remove_hum(&mut end, trace.rate_hz, options.mains_hz, &beside(options, Some(hz)));
+    let harmonics = remove_hum(&mut end, trace.rate_hz, options.mains_hz, &beside(options, hz));
     let calm = trace.len() - tail >= MIN_QUIET && !ringing::rings(&end, trace.rate_hz, hz);
     let learnt = calm.then(|| Whitener::learn(&end).ok()).flatten();
     (learnt.unwrap_or(white), harmonics)
@@ -134,7 +127,7 @@ fn learn_from_residuals(
         None => noise.whitener,
     };
     let hum = (1..=MAX_HARMONIC).filter(|h| {
-        let near = |s: C64| (s.im / TAU - f64::from(*h) * options.mains_hz).abs() < HUM_HZ && s.re > -LASTS;
+        let near = |s: C64| is_of_harmonic(options, *h, s.im / TAU) && s.re > -LASTS;
         found.solution.components.iter().skip(1).any(|c| c.kind == Kind::Mode && near(c.s))
     });
     Ok(Learnt { whitener, variance, left, hum: hum.collect() })
