@@ -19,6 +19,8 @@ pub enum Grows {
     /// by n (1 + m^2)^1/2 / |q|, and where |p|^2 + |q|^2 is the same at all frequencies 1/|q| is in
     /// proportion to (1 + m^2)^1/2.
     AsQuotient,
+    /// g = 1/m: noise of one size of numbers that were divided by m.
+    AsInverse,
 }
 
 impl Grows {
@@ -26,6 +28,7 @@ impl Grows {
         match self {
             Self::AsModulus => modulus,
             Self::AsQuotient => 1.0 + modulus * modulus,
+            Self::AsInverse => modulus.recip(),
         }
     }
 }

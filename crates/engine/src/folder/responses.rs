@@ -108,8 +108,8 @@ pub(super) fn response_fault(error: &EngineError, dir: &Path) -> Failed {
             Failed::bad_input(error).at(&dir.join("study.toml"))
         }
         EngineError::NoWinner { .. } => Failed::bad_input(error).at(dir).remedy(
-            "Check signs, units and reference of the data with `rijke check`, and the priors; a noise that is stated too small makes every \
-             model impossible: let it be inferred.",
+            "If that does not help: check signs, units and reference of the data with `rijke check`, and the priors; a noise that is stated too \
+             small makes every model impossible: let it be inferred.",
         ),
         _ => Failed::bad_input(error).at(dir),
     }

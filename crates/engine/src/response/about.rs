@@ -1,6 +1,6 @@
 //! The errors of what is stated ([`super::errors`]), taken where the fit ends.
 
-use super::errors::{Errors, causes_at, moved as conditions_moved};
+use super::errors::{Errors, Slope, causes_at, moved as conditions_moved};
 use super::head::Rest;
 use super::predict::{Load, Responses, clear};
 use super::residual::POOR;
@@ -63,41 +63,63 @@ impl ResponseRun {
         errors.about = rest[..errors.causes.len()].to_vec();
         let loads = self.loads(assembly, data, &errors)?;
         let here = clear(&loads, own, Order::Value)?;
-        let mut slopes = vec![Vec::new(); loads.len()];
-        for (cause, of_point) in self.acting(data)? {
-            let Ok(k) = errors.causes.binary_search(&cause) else { continue };
-            let there = self.beside(assembly, data, &errors, (&cause, &of_point, STEP), own)?;
-            for (load, there) in of_point.iter().zip(there) {
-                let pairs = there.iter().zip(&here[*load]);
-                let slope = pairs.map(|(t, h)| (t.value() - h.value()) / STEP).collect();
-                slopes[*load].push((k, slope));
+        let (mut slopes, mut mixed) = (vec![Vec::new(); loads.len()], vec![Vec::new(); loads.len()]);
+        for (causes, of_point) in self.acting(data)? {
+            let known = |cause: &Cause| errors.causes.binary_search(cause).ok();
+            let causes: Vec<(usize, &Cause)> = causes.iter().filter_map(|c| Some((known(c)?, c))).collect();
+            let moved = |by: &[(&Cause, f64)]| self.beside(assembly, data, &errors, (by, &of_point), own);
+            let mut all_above = Vec::with_capacity(causes.len());
+            for (k, cause) in &causes {
+                let [below, above] = [-STEP, STEP].map(|by| moved(&[(*cause, by)]));
+                let (below, above) = (below?, above?);
+                for ((load, below), above) in of_point.iter().zip(&below).zip(&above) {
+                    let sides = below.iter().zip(above).zip(&here[*load]);
+                    let slope =
+                        |((below, above), here)| Slope::between([below, here, above], STEP, own.len());
+                    slopes[*load].push((*k, sides.map(slope).collect()));
+                }
+                all_above.push(above);
+            }
+            for (b, (second, there)) in causes.iter().enumerate() {
+                for (a, (first, with)) in causes[..b].iter().enumerate() {
+                    let both = moved(&[(*with, STEP), (*there, STEP)])?;
+                    for (place, (load, both)) in of_point.iter().zip(&both).enumerate() {
+                        let alone = all_above[a][place].iter().zip(&all_above[b][place]);
+                        let second_of = |((both, (a, b)), here): ((&Jet, (&Jet, &Jet)), &Jet)| {
+                            (both.value() - a.value() - b.value() + here.value()) / (STEP * STEP)
+                        };
+                        let of_load = both.iter().zip(alone).zip(&here[*load]).map(second_of).collect();
+                        mixed[*load].push(([*first, *second], of_load));
+                    }
+                }
             }
         }
-        errors.slopes = slopes;
+        errors.mixed = mixed;
+        (errors.own, errors.slopes) = (own.to_vec(), slopes);
         Ok(Responses { loads, errors, own: responses.own, channels: responses.channels.clone() })
     }
 
-    /// Every cause of error of every operating point, with the loads there.
-    fn acting(&self, data: &Selected) -> Result<Vec<(Cause, Vec<usize>)>, EngineError> {
-        let mut all = Vec::new();
-        for point in data.points.iter().collect::<BTreeSet<_>>() {
-            let loads: Vec<usize> = (0..data.points.len()).filter(|l| data.points[*l] == *point).collect();
-            let causes = causes_at(&self.study, *point)?;
-            all.extend(causes.into_iter().map(|cause| (cause, loads.clone())));
-        }
-        Ok(all)
+    /// The causes of error of every operating point, and the loads there.
+    fn acting(&self, data: &Selected) -> Result<Vec<(BTreeSet<Cause>, Vec<usize>)>, EngineError> {
+        let points: BTreeSet<usize> = data.points.iter().copied().collect();
+        let of_point = |point: usize| {
+            let loads = (0..data.points.len()).filter(|l| data.points[*l] == point).collect();
+            Ok((causes_at(&self.study, point)?, loads))
+        };
+        points.into_iter().map(of_point).collect()
     }
 
-    /// The answers of these loads where one cause of error is larger by `by` standard deviations.
+    /// The answers of these loads where causes of error are larger by so many standard deviations.
     fn beside(
         &self,
         assembly: &Assembly,
         data: &Selected,
         errors: &Errors,
-        (cause, loads, by): (&Cause, &[usize], f64),
+        (by, loads): (&[(&Cause, f64)], &[usize]),
         own: &[f64],
     ) -> Result<Vec<Vec<Jet>>, EngineError> {
-        let error = |c: &Cause| errors.value(c) + if c == cause { by } else { 0.0 };
+        let larger = |c: &Cause| by.iter().find(|(cause, _)| *cause == c).map_or(0.0, |(_, by)| *by);
+        let error = |c: &Cause| errors.value(c) + larger(c);
         let there = loads.iter().map(|load| self.load(assembly, data, *load, &error));
         clear(&there.collect::<Result<Vec<_>, _>>()?, own, Order::Value)
     }
@@ -119,11 +141,12 @@ impl ResponseRun {
         let (own, errors) = (&found.fit.parameters[..at_last.own], &at_last.errors);
         let here = clear(&at_last.loads, own, Order::Value)?;
         let mut sums = vec![[0.0; 2]; errors.causes.len()];
-        for (cause, loads) in self.acting(data)? {
-            let Ok(k) = errors.causes.binary_search(&cause) else { continue };
+        let all = self.acting(data)?;
+        for (cause, loads) in all.iter().flat_map(|(causes, loads)| causes.iter().map(move |c| (c, loads))) {
+            let Ok(k) = errors.causes.binary_search(cause) else { continue };
             let place = at_last.own + k;
             let sd = found.laplace.physical_covariance[(place, place)].sqrt();
-            let side = |by: f64| self.beside(assembly, data, errors, (&cause, &loads, by), own);
+            let side = |by: f64| self.beside(assembly, data, errors, (&[(cause, by)], loads), own);
             let (up, down) = match (side(sd), side(-sd)) {
                 (Ok(up), Ok(down)) => (up, down),
                 (Err(e), _) | (_, Err(e)) if !e.is_recoverable() => return Err(e),
@@ -151,8 +174,8 @@ impl ResponseRun {
             let share = (bend / change).sqrt();
             (bend > 1.0 && share > BENT).then(|| {
                 format!(
-                    "{}: over its standard deviation the predictions deviate from a straight line by {:.0} % of their change; standard deviations and \
-                     evidence leave this out. Make this number an unknown of the rig, and write `checked = true`",
+                    "{}: over its standard deviation the predictions deviate from a straight line by {:.0} % of their change: the posterior is no \
+                     Gaussian, and standard deviations and evidence are approximate. Make this number an unknown of the rig, and write `checked = true`",
                     p.name,
                     100.0 * share
                 )
@@ -230,7 +253,7 @@ impl ResponseTraining<'_> {
         }
         Err(EngineError::Unsettled {
             what: format!(
-                "the stated errors of factors or temperatures are too large to be counted to first order: after {FITS} fits the parameters still \
+                "the stated errors of factors or temperatures are too large to be expanded in: after {FITS} fits the parameters still \
                  move by {last:.2} standard deviations; make what is in error an unknown of the rig (`\"thickness + $off\"`)"
             ),
         })

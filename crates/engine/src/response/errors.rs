@@ -1,11 +1,13 @@
 //! Errors of what the campaign and the rig state, factors and temperatures, as parameters of a stage of
 //! responses: each in its standard deviations, with a prior of 0 +- 1 or what an earlier stage tells.
 //!
-//! Every cause of error is one number for all points that share it. The answers are linear in it about its
-//! last value, e0: R(e) = R(e0) + (dR/de)(e - e0), where R(e0) is that of the rig with the factors and the
-//! temperatures moved, and the slope is taken by a small step ([`rijke_study::STEP`]) at the parameters of
-//! the last fit. Being linear in e, the model is as Gaussian in it as the noise, so that Laplace's method
-//! integrates over it in closed form. The fit is repeated until the parameters stay.
+//! Every cause of error is one number for all points that share it. With the parameters x of the model the
+//! answers are R(x, e) = R(x, e0) + (e - e0) (R_e + R_ex (x - x0)) + (e - e0)^2 R_ee / 2 about the values x0
+//! and e0 of the last fit, where R(x, e0) is that of the rig with the factors and the temperatures moved, and
+//! R_e, R_ex and R_ee follow from small steps to both sides ([`rijke_study::STEP`]). The fit is repeated until
+//! the parameters stay. So Laplace's method has all second derivatives of the cost: where an error and a
+//! parameter make up for each other, its width is a small difference of large ones, and slopes alone make it
+//! wrong by half.
 
 use crate::gaussian::handed_on;
 use crate::run::{conditions_at, conditions_of, with_factors_moved};
@@ -22,8 +24,45 @@ pub(super) struct Errors {
     pub(super) causes: Vec<Cause>,
     /// e0 of each.
     pub(super) about: Vec<f64>,
-    /// For every load the causes that move it, and the change of each of its numbers per standard deviation.
-    pub(super) slopes: Vec<Vec<(usize, Vec<C64>)>>,
+    /// The parameters of the model at which the slopes were taken.
+    pub(super) own: Vec<f64>,
+    /// For every load the causes that move it, and how each of its numbers changes with them.
+    pub(super) slopes: Vec<Vec<(usize, Vec<Slope>)>>,
+    /// For every load the mixed second derivatives of its numbers in two causes.
+    pub(super) mixed: Vec<Vec<([usize; 2], Vec<C64>)>>,
+}
+
+/// How a number changes with an error: derivatives per standard deviation.
+#[derive(Clone, Debug)]
+pub(super) struct Slope {
+    first: C64,
+    second: C64,
+    /// Of the first in the parameters of the model.
+    by_own: Vec<C64>,
+}
+
+impl Slope {
+    /// From a number where the error is smaller by `step`, as it stands, and larger, all with derivatives in
+    /// the `own` parameters of the model.
+    pub(super) fn between([below, here, above]: [&Jet; 3], step: f64, own: usize) -> Self {
+        let per = |(a, b): (&C64, &C64)| (a - b) / (2.0 * step);
+        Self {
+            first: per((&above.value(), &below.value())),
+            second: (above.value() - 2.0 * here.value() + below.value()) / (step * step),
+            by_own: above.gradient()[..own].iter().zip(&below.gradient()[..own]).map(per).collect(),
+        }
+    }
+
+    /// What an `error` that is counted from where the slope was taken adds, at parameters that are `moved`
+    /// from there.
+    fn times(&self, error: &Jet, moved: &[f64], space: JetSpace) -> Jet {
+        let mut slope = space.constant(self.first);
+        slope.add_scaled(error, 0.5 * self.second);
+        for (i, (by, moved)) in self.by_own.iter().zip(moved).enumerate() {
+            slope.add_scaled(&space.seed(i, C64::from(*moved)), *by);
+        }
+        error * &slope
+    }
 }
 
 impl Errors {
@@ -37,7 +76,13 @@ impl Errors {
             causes.extend(causes_at(study, *point)?);
         }
         let causes: Vec<Cause> = causes.into_iter().collect();
-        Ok(Self { about: vec![0.0; causes.len()], slopes: Vec::new(), causes })
+        Ok(Self {
+            about: vec![0.0; causes.len()],
+            own: Vec::new(),
+            slopes: Vec::new(),
+            mixed: Vec::new(),
+            causes,
+        })
     }
 
     pub(super) fn is_none(&self) -> bool {
@@ -70,16 +115,23 @@ impl Errors {
     }
 
     /// The answers of load `load` with the errors `values`. They have derivatives in the parameters of the
-    /// model, of which there are `own`, and in s; what comes out has those in these, in the errors, and zero
+    /// model, which are `own`, and in s; what comes out has those in these, in the errors, and zero
     /// for the one in s.
-    pub(super) fn with(&self, load: usize, answers: &[Jet], own: usize, values: &[f64]) -> Vec<Jet> {
+    pub(super) fn with(&self, load: usize, answers: &[Jet], own: &[f64], values: &[f64]) -> Vec<Jet> {
         let slopes = self.slopes.get(load).map_or(&[][..], Vec::as_slice);
+        let mixed = self.mixed.get(load).map_or(&[][..], Vec::as_slice);
+        let moved: Vec<f64> = own.iter().zip(&self.own).map(|(here, there)| here - there).collect();
+        let own = own.len();
         let one = |(k, answer): (usize, &Jet)| {
             let space = JetSpace::new(own + values.len() + 1, answer.order());
             let mut wide = space.take(answer, |i| (i < own).then_some(i));
+            let error = |cause: usize| space.seed(own + cause, C64::from(values[cause] - self.about[cause]));
             for (cause, slope) in slopes {
-                let error = space.seed(own + cause, C64::from(values[*cause] - self.about[*cause]));
-                wide.add_scaled(&error, slope[k]);
+                let error = error(*cause);
+                wide += &slope[k].times(&error, &moved, space);
+            }
+            for ([a, b], second) in mixed {
+                wide.add_scaled(&(&error(*a) * &error(*b)), second[k]);
             }
             wide
         };

@@ -136,7 +136,12 @@ impl HeardResponses {
             let heard: Vec<C64> = range.clone().map(|load| measured[load].values[k]).collect();
             let sds: Vec<f64> = range.clone().filter_map(|load| measured[load].sd.get(k).copied()).collect();
             let first = &measured[range.start];
-            field.observation(format!("{} at {} Hz", first.label, first.frequency_hz[k]), &heard, &sds)
+            field.observation(
+                format!("{} at {} Hz", first.label, first.frequency_hz[k]),
+                &heard,
+                &sds,
+                first.factor(k),
+            )
         };
         self.fields.get(&range.start).into_iter().flatten().enumerate().map(at).collect()
     }

@@ -17,6 +17,8 @@ pub(super) struct Measured {
     pub(super) values: Vec<C64>,
     /// Empty if no standard deviations were measured.
     pub(super) sd: Vec<f64>,
+    /// Of unknown sources: by what the values were divided; empty of all others.
+    pub(super) level: Vec<f64>,
     /// Variance of the noise of each number over that of the noise of the stage; empty if all have the same.
     pub(super) factor: Vec<f64>,
 }

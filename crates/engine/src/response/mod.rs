@@ -30,6 +30,7 @@ mod untold;
 pub(crate) const NOISE: &str = "noise";
 pub(crate) const IN_PROPORTION: &str = "noise in proportion to the modulus";
 pub(crate) const OF_QUOTIENT: &str = "noise in proportion to 1 + |H|^2";
+pub(crate) const OF_ONE_SIZE: &str = "noise of one size at all levels";
 const MISFIT: &str = "misfit";
 const LENGTH_OF_MISFIT: &str = "length of the misfit";
 

@@ -8,12 +8,12 @@
 
 use super::ground::Learned;
 use super::head::Rest;
-use super::measured::Measured;
+use super::measured::{Measured, sessions};
 use super::predict::Responses;
 use super::record::ResponseModelRecord;
 use super::residual::{NOT_NOISE, left};
 use super::train::{Found, ResponseTraining};
-use super::{IN_PROPORTION, NOISE, OF_QUOTIENT};
+use super::{IN_PROPORTION, NOISE, OF_ONE_SIZE, OF_QUOTIENT};
 use crate::EngineError;
 use rayon::prelude::*;
 use rijke_inference::NoiseEstimate;
@@ -39,12 +39,16 @@ type Again<'a> = dyn Fn(usize, &TwoPart, &[Vec<C64>]) -> Result<(ResponseModelRe
     + Sync
     + 'a;
 
-/// How the noise of what was measured may grow with its modulus.
+/// How the noise of what was measured may grow with its modulus; pressures of unknown sources, which are
+/// divided by their level, with the inverse of that.
 pub(super) fn ways(whats: &[ResponseKind]) -> &'static [Grows] {
     let is_quotient = |what: &ResponseKind| matches!(what, ResponseKind::Transfer { .. });
-    match whats.iter().all(is_quotient) {
-        true => &[Grows::AsModulus, Grows::AsQuotient],
-        false => &[Grows::AsModulus],
+    let is_pressure = |what: &ResponseKind| matches!(what, ResponseKind::Pressure { .. });
+    match whats {
+        _ if whats.iter().all(is_quotient) => &[Grows::AsModulus, Grows::AsQuotient],
+        _ if whats.iter().all(is_pressure) => &[Grows::AsInverse],
+        _ if whats.iter().any(is_pressure) => &[],
+        _ => &[Grows::AsModulus],
     }
 }
 
@@ -104,7 +108,7 @@ fn may_ask(stage: &ResponseStage, measured: &[Measured]) -> bool {
     matches!(stage.noise, SdSpec::Floated)
         && stage.misfit.is_none()
         && stage.noise_in_proportion != Some(false)
-        && measured.iter().all(|m| m.sd.is_empty() && m.sources == 0)
+        && measured.iter().all(|m| m.sd.is_empty())
 }
 
 /// A noise that the data ask for.
@@ -169,14 +173,22 @@ fn heard_by(model: &ResponseModelRecord) -> Option<Vec<Vec<C64>>> {
     model.evidence.map(|_| model.heard.iter().map(complex).collect())
 }
 
-/// Modulus of what the model says, square of the residual, and share that the fit left, of every number.
+/// With what the noise of every number may grow, the square of its residual, and the share that the fit left.
 fn residuals(measured: &[Measured], heard: &[Vec<C64>], left: &[f64]) -> Vec<[f64; 3]> {
     let values = measured.iter().flat_map(|m| &m.values).zip(heard.iter().flatten());
-    values.zip(left).map(|((z, h), left)| [h.norm(), (z - h).norm_sqr(), *left]).collect()
+    let with = measured.iter().zip(heard).flat_map(|(m, heard)| grows_with(m, heard));
+    values.zip(with).zip(left).map(|(((z, h), with), left)| [with, (z - h).norm_sqr(), *left]).collect()
+}
+
+/// With what the noise of every number may grow: the modulus of what the model says, or the level of what
+/// unknown sources make.
+fn grows_with(m: &Measured, heard: &[C64]) -> Vec<f64> {
+    if m.sources > 0 { m.level.clone() } else { heard.iter().map(|h| h.norm()).collect() }
 }
 
 /// The share of the variance of every number that a fit left to its residual: 1 less what the parameters take
-/// of it, J C J' over that of the noise, for both parts together. Empty where no noise is asked for.
+/// of it, J C J' over that of the noise, for both parts together, and what unknown sources take. Empty where
+/// no noise is asked for.
 ///
 /// # Errors
 /// Those of the model.
@@ -188,24 +200,42 @@ pub(super) fn left_by_the_fit(
         return Ok(Vec::new());
     }
     let answers = training.responses.answers(&found.fit.parameters, Order::First)?;
+    let about = training.about(&found.fit)?;
     let covariance = &found.laplace.physical_covariance;
     let rest = Rest { noise: &found.fit.noise, kernel: None };
-    let of_load = |(m, answers): (&Measured, &Vec<Jet>)| -> Vec<f64> {
-        let share = |(i, answer): (usize, &Jet)| {
-            let slopes = &answer.gradient()[..covariance.rows()];
-            let part = |of: fn(&C64) -> f64| covariance.quadratic(&slopes.iter().map(of).collect::<Vec<_>>());
-            let taken = (part(|z| z.re) + part(|z| z.im)) / (2.0 * rest.covariance_of(m, i, i));
-            if taken > 0.0 { (1.0 - taken).max(LEAST_LEFT) } else { 1.0 }
-        };
-        answers.iter().enumerate().map(share).collect()
+    let taken = |m: &Measured, i: usize, answer: &Jet| {
+        let slopes = &answer.gradient()[..covariance.rows()];
+        let part = |of: fn(&C64) -> f64| covariance.quadratic(&slopes.iter().map(of).collect::<Vec<_>>());
+        let taken = (part(|z| z.re) + part(|z| z.im)) / (2.0 * rest.covariance_of(m, i, i));
+        if taken > 0.0 { taken } else { 0.0 }
     };
-    Ok(training.measured.iter().zip(&answers).flat_map(of_load).collect())
+    let mut left = Vec::new();
+    for loads in sessions(training.measured) {
+        let (own, count) = (&training.measured[loads.clone()], loads.len());
+        if own[0].sources == 0 {
+            let of_load = |(m, answers): (&Measured, &Vec<Jet>)| -> Vec<f64> {
+                answers.iter().enumerate().map(|(i, answer)| 1.0 - taken(m, i, answer)).collect()
+            };
+            left.extend(own.iter().zip(&answers[loads]).flat_map(of_load));
+            continue;
+        }
+        // All microphones of a row have one noise: what the sources take is shared among them.
+        let told = about.told(training.measured, loads, &answers);
+        let to_sources = own[0].sources as f64 / count as f64;
+        let of_load = |(place, m): (usize, &Measured)| -> Vec<f64> {
+            let one = |i: usize| 1.0 - to_sources - taken(m, i, &told[i * count + place]);
+            (0..m.values.len()).map(one).collect()
+        };
+        left.extend(own.iter().enumerate().flat_map(of_load));
+    }
+    left.iter_mut().for_each(|left| *left = left.max(LEAST_LEFT));
+    Ok(left)
 }
 
 /// The same numbers with the variances that the noise has where the model says `heard`.
 fn scaled(measured: &[Measured], heard: &[Vec<C64>], noise: &TwoPart) -> Vec<Measured> {
     let one = |(m, heard): (&Measured, &Vec<C64>)| {
-        let factor = heard.iter().map(|h| noise.factor(h.norm())).collect();
+        let factor = grows_with(m, heard).into_iter().map(|with| noise.factor(with)).collect();
         Measured { factor, ..m.clone() }
     };
     measured.iter().zip(heard).map(one).collect()
@@ -268,6 +298,7 @@ pub(super) fn in_parts(found: &[NoiseEstimate], noise: &TwoPart) -> Vec<NoiseEst
         let grows = match noise.grows() {
             Grows::AsModulus => IN_PROPORTION,
             Grows::AsQuotient => OF_QUOTIENT,
+            Grows::AsInverse => OF_ONE_SIZE,
         };
         vec![part(NOISE, floor), part(grows, share)]
     };

@@ -156,7 +156,7 @@ impl Responses<'_> {
         let mut answers = clear(&self.loads, own, order)?;
         if !errors.is_empty() {
             for (load, answers) in answers.iter_mut().enumerate() {
-                *answers = self.errors.with(load, answers, own.len(), errors);
+                *answers = self.errors.with(load, answers, own, errors);
             }
         }
         if channels.is_empty() {

@@ -282,8 +282,8 @@ mod tests {
 
     fn load(values: Vec<C64>, sd: Vec<f64>) -> Measured {
         let frequency_hz = (0..values.len()).map(|k| k as f64).collect();
-        let factor = Vec::new();
-        Measured { label: String::new(), session: 0, sources: 0, frequency_hz, values, sd, factor }
+        let (factor, level) = (Vec::new(), Vec::new());
+        Measured { label: String::new(), session: 0, sources: 0, frequency_hz, values, sd, level, factor }
     }
 
     /// Two hundred numbers of which the second half was measured a hundred times as badly; beside the noise

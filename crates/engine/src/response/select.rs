@@ -70,6 +70,8 @@ impl Selected {
             if keep.is_empty() {
                 continue;
             }
+            // Empty where none are known.
+            let at = |all: &[f64]| keep.iter().filter_map(|&k| all.get(k).copied()).collect();
             all.used.extend(keep.iter().map(|&k| (place, k)));
             all.measured.push(Measured {
                 label: label(study, o),
@@ -80,7 +82,8 @@ impl Selected {
                 },
                 frequency_hz: keep.iter().map(|&k| o.frequency_hz[k]).collect(),
                 values: keep.iter().map(|&k| o.values[k]).collect(),
-                sd: if o.sd.is_empty() { Vec::new() } else { keep.iter().map(|&k| o.sd[k]).collect() },
+                sd: at(&o.sd),
+                level: at(&o.level),
                 factor: Vec::new(),
             });
             all.points.push(o.point);

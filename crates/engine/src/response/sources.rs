@@ -125,15 +125,17 @@ impl Field {
         self.about.iter().map(one).collect()
     }
 
-    /// The pressures as data, with the standard deviations that were measured, none or one for each. Where
-    /// these differ, a0 and the volume that the sources leave are off by terms as small as the residuals.
-    pub(super) fn observation(&self, label: String, heard: &[C64], sds: &[f64]) -> Observation {
+    /// The pressures as data, with the standard deviations that were measured, none or one for each, and the
+    /// `factor` of the variance of the noise that floats. Where the deviations differ, a0 and the volume that
+    /// the sources leave are off by terms as small as the residuals.
+    pub(super) fn observation(&self, label: String, heard: &[C64], sds: &[f64], factor: f64) -> Observation {
         let values: Vec<f64> = heard.iter().flat_map(|z| [z.re, z.im]).collect();
         let columns = complex_columns(&self.basis);
         let variance = (0..values.len()).map(|i| sds.get(i / 2).map_or(0.0, |sd| sd * sd)).collect();
         let sds = vec![FIELD * norm(heard); columns.columns()];
-        let covariance =
-            Structured::new(variance).with_noise(0, vec![1.0; values.len()]).with_nuisances(&columns, &sds);
+        let covariance = Structured::new(variance)
+            .with_noise(0, vec![factor; values.len()])
+            .with_nuisances(&columns, &sds);
         Observation::new(label, values).with_structure(covariance)
     }
 }

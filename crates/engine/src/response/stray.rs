@@ -94,6 +94,7 @@ mod tests {
             frequency_hz: (0..10).map(|k| 100.0 + 10.0 * f64::from(k)).collect(),
             values: Vec::new(),
             sd: Vec::new(),
+            level: Vec::new(),
             factor: Vec::new(),
         }
     }

@@ -164,7 +164,7 @@ impl ResponseTraining<'_> {
     }
 
     /// The head's errors about the answers of the rig with the parameters of a fit.
-    fn about(&self, fit: &Fit) -> Result<HeardResponses, EngineError> {
+    pub(super) fn about(&self, fit: &Fit) -> Result<HeardResponses, EngineError> {
         let answers = self.answered(&fit.parameters)?;
         let rest = Rest { noise: &fit.noise, kernel: self.stage.misfit.as_ref().map(|m| m.kernel) };
         HeardResponses::about_answers(self.measured, self.errors, answers, rest)

@@ -1,7 +1,7 @@
 //! What is said of a stage that trained on responses.
 
 use super::doubts::{far_from_prior, reasons};
-use crate::response::{IN_PROPORTION, NOISE, OF_QUOTIENT, ResponseStageRecord};
+use crate::response::{IN_PROPORTION, NOISE, OF_ONE_SIZE, OF_QUOTIENT, ResponseStageRecord};
 use rijke_inference::NoiseEstimate;
 use rijke_numerics::Tell;
 use rijke_numerics::words::{counted, fixed, to_digits};
@@ -60,6 +60,9 @@ pub fn tell_responses(stage: &ResponseStageRecord, tell: &dyn Tell) {
                 " + {} % of 1 + |H|^2, as equal noise of both microphones has",
                 to_digits(100.0 * n.sd, 2)
             )),
+            OF_ONE_SIZE => {
+                Some(format!(" of the level + {} in the unit of the pressures", to_digits(n.sd, 2)))
+            }
             _ => None,
         };
         let grown = model.noise.iter().find_map(grows).unwrap_or_default();
@@ -70,7 +73,7 @@ pub fn tell_responses(stage: &ResponseStageRecord, tell: &dyn Tell) {
         }
         if !grown.is_empty() {
             tell.say(
-                "      that the noise grows was found from the residuals: a loss, a length or a place that is wrong leaves as much near resonances. \
+                "      that the noise has two parts was found from the residuals: a loss, a length or a place that is wrong leaves as much near resonances. \
                  A column `sd` tells the two apart"
                     .to_owned(),
             );

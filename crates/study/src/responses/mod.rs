@@ -53,6 +53,9 @@ pub struct ObservedResponse {
     /// Standard deviation of the real and of the imaginary part of each, as it was measured; empty if none
     /// was. The noise of a stage comes on top, in quadrature.
     pub sd: Vec<f64>,
+    /// Of pressures of unknown sources: by what each was divided, in the unit of the file; empty of all
+    /// others.
+    pub level: Vec<f64>,
 }
 
 /// What a response is.

@@ -45,6 +45,8 @@ pub(super) struct Heard {
     /// Rows in the file, within the band or not.
     pub(super) of: usize,
     pub(super) frequency_hz: Vec<f64>,
+    /// Root mean square of each row, in the unit of the file.
+    pub(super) level: Vec<f64>,
     /// Microphone, its pressures, and the standard deviation of both parts of each; empty if none was
     /// measured.
     pub(super) pressures: Vec<(usize, Vec<C64>, Vec<f64>)>,
@@ -293,7 +295,8 @@ impl<'a> Sheet<'a> {
         };
         let named = table.microphones.iter().map(|(microphone, ..)| *microphone).zip(heard).enumerate();
         let pressures = named.map(|(m, (microphone, p))| (microphone, p, spread(m))).collect();
-        Ok((Heard { excitation: String::new(), of: 0, frequency_hz, pressures }, doubt))
+        let level = keep.iter().map(|&k| level(k)).collect();
+        Ok((Heard { excitation: String::new(), of: 0, frequency_hz, level, pressures }, doubt))
     }
 }
 

@@ -136,6 +136,7 @@ impl Study {
                     } else {
                         keep.iter().map(|&k| rows.sd[k]).collect()
                     },
+                    level: Vec::new(),
                 };
                 self.add(observed, &path, &mut all).map_err(fail)?;
             }
@@ -209,6 +210,7 @@ impl Study {
                     frequency_hz: heard.frequency_hz.clone(),
                     values,
                     sd,
+                    level: heard.level.clone(),
                 };
                 self.add(observed, path, all).map_err(fail)?;
             }

@@ -114,6 +114,7 @@ pub(crate) fn trained(
         frequency_hz: frequency_hz.to_vec(),
         values: values.to_vec(),
         sd: Vec::new(),
+        level: Vec::new(),
     };
     let run = ResponseRun::new(Study::open(folder).unwrap(), observed(vec![response]));
     Ok(run?.next_stage()?.unwrap())

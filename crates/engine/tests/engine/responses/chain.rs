@@ -98,6 +98,7 @@ fn response(study: &Study) -> ObservedResponse {
         frequency_hz: FREQUENCY_HZ.to_vec(),
         values: measured(),
         sd: Vec::new(),
+        level: Vec::new(),
     }
 }
 

@@ -236,6 +236,7 @@ fn exact_transfer_functions_tell_the_gains_of_each_session() {
             frequency_hz: frequency_hz.clone(),
             values: frequency_hz.iter().map(value).collect(),
             sd: Vec::new(),
+            level: Vec::new(),
         }
     };
     let pairs = [(1, 0), (2, 0), (2, 1)];
@@ -277,6 +278,7 @@ fn message_labels_of_two_microphones_are_exchanged() {
             frequency_hz: frequency_hz.clone(),
             values: frequency_hz.iter().map(|f| at(*f, labels[to]) / at(*f, labels[0])).collect(),
             sd: Vec::new(),
+            level: Vec::new(),
         };
         let list = [1, 2].map(transfer).to_vec();
         let mut run = ResponseRun::new(Study::open(&folder).unwrap(), observed(list)).unwrap();

@@ -74,6 +74,7 @@ fn ran(name: &str, median: f64, ln_sd: f64, sd: f64) -> (ResponseStageRecord, St
         values: frequency_hz.iter().enumerate().map(|(k, f)| answer(f) + wrong(k)).collect(),
         frequency_hz,
         sd: Vec::new(),
+        level: Vec::new(),
     };
     let mut responses = ResponseRun::new(study.clone(), observed(vec![response])).unwrap();
     let first = responses.next_stage().unwrap().unwrap();

@@ -54,6 +54,7 @@ fn run(name: &str, extends: &str) -> Result<ResponseModelRecord, String> {
             .map(|f| reflection(*f, [0.1, 5e-3, eta], slow, temperatures))
             .collect::<Vec<C64>>(),
         sd: Vec::new(),
+        level: Vec::new(),
     };
     let observed = observed(vec![response(0, 0.9, 0.0), response(1, 0.55, 40e-6)]);
     let mut run = ResponseRun::new(Study::open(&folder).unwrap(), observed).map_err(|e| e.to_string())?;

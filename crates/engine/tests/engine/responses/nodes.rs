@@ -63,7 +63,7 @@ fn trained(study: &Study, seed: u64, times: f64, stated: bool) -> ResponseModelR
     }
     let (rows, what) = (frequency_hz.len(), ResponseKind::Transfer { to: 1, from: 0 });
     let sd = if stated { sd } else { Vec::new() };
-    let response = ObservedResponse { point: 0, what, rows, frequency_hz, values, sd };
+    let response = ObservedResponse { point: 0, what, rows, frequency_hz, values, sd, level: Vec::new() };
     let run = ResponseRun::new(study.clone(), observed(vec![response]));
     model(&run.unwrap().next_stage().unwrap().unwrap(), "plane").clone()
 }

@@ -74,7 +74,10 @@ fn response(study: &Study, seed: u64, [floor, share]: [f64; 2]) -> (ObservedResp
     let exact: Vec<C64> = frequency_hz.iter().map(truth).collect();
     let values = exact.iter().map(|z| z + sd(z) * C64::new(normal(), normal())).collect();
     let (rows, what) = (frequency_hz.len(), law_itself(study));
-    (ObservedResponse { point: 0, what, rows, frequency_hz, values, sd: Vec::new() }, exact)
+    (
+        ObservedResponse { point: 0, what, rows, frequency_hz, values, sd: Vec::new(), level: Vec::new() },
+        exact,
+    )
 }
 
 /// Root mean squares of the errors of gain, delay and filter over their stated deviations, and how many seeds
@@ -153,6 +156,7 @@ fn exact_foresight_of_a_gain_and_a_delay() {
             frequency_hz: frequency_hz.clone(),
             values: vec![C64::ONE; frequency_hz.len()],
             sd: Vec::new(),
+            level: Vec::new(),
         };
         let found = ResponseRun::new(study, observed(vec![response])).unwrap().foresight().unwrap();
         assert_eq!(found[0].noise, noise);

@@ -123,6 +123,17 @@ pub(crate) fn run(
     sources: &[Place],
     measured: Option<[f64; 8]>,
 ) -> ResponseRun {
+    let all = responses(frequency_hz, heard, sources, measured);
+    ResponseRun::new(Study::open(folder).unwrap(), observed(all)).unwrap()
+}
+
+/// The same at the level 1.
+fn responses(
+    frequency_hz: &[f64],
+    heard: &[Vec<Vec<C64>>],
+    sources: &[Place],
+    measured: Option<[f64; 8]>,
+) -> Vec<ObservedResponse> {
     let response = |(e, m): (usize, usize)| ObservedResponse {
         point: 0,
         what: ResponseKind::Pressure { microphone: m, excitation: e.to_string(), sources: sources.to_vec() },
@@ -130,9 +141,9 @@ pub(crate) fn run(
         frequency_hz: frequency_hz.to_vec(),
         values: heard[e].iter().map(|row| row[m]).collect(),
         sd: measured.map_or_else(Vec::new, |sds| vec![sds[m]; frequency_hz.len()]),
+        level: vec![1.0; frequency_hz.len()],
     };
-    let all = (0..heard.len()).flat_map(|e| (0..AT.len()).map(move |m| (e, m)));
-    ResponseRun::new(Study::open(folder).unwrap(), observed(all.map(response).collect())).unwrap()
+    (0..heard.len()).flat_map(|e| (0..AT.len()).map(move |m| (e, m))).map(response).collect()
 }
 
 /// The cost of the slow route, nats: the whole covariance of the pressures with the field of the sources at
@@ -306,6 +317,7 @@ fn message_waves_of_laws_are_for_pressures_of_two_sources() {
         frequency_hz: frequency_hz.to_vec(),
         values: vec![C64::ONE; 2],
         sd: Vec::new(),
+        level: Vec::new(),
     };
     let mut run = ResponseRun::new(Study::open(&folder).unwrap(), observed(vec![reflection])).unwrap();
     let error = run.next_stage().unwrap_err().to_string();
@@ -330,4 +342,57 @@ fn coverage_parameters_of_unknown_sources_lie_within_their_errors() {
     let (share, rms) = (f64::from(within) / f64::from(all), (square / f64::from(all)).sqrt());
     assert!((0.92..0.98).contains(&share), "{within} of {all}");
     assert!((0.9..1.1).contains(&rms), "{rms}");
+}
+
+/// Microphones whose noise is 0.2 mPa whatever they hear, of a loudspeaker that makes 2 Pa at low frequencies and
+/// 0.02 Pa at high ones, which tell as much: with one noise relative to the level all rows would count alike,
+/// and the deviations would be ten times as large.
+#[test]
+fn coverage_noise_of_one_size_is_found_at_all_levels() {
+    let frequency_hz: Vec<f64> = (0..24).map(|k| 350.0 + 40.0 * f64::from(k)).collect();
+    let stage = "compete = [\"waves\"]\namong = [\"waves.flow\"]\nnoise = \"floated\"\n";
+    let folders = [("one-size", ""), ("relative", "noise_in_proportion = false\n")]
+        .map(|(name, key)| folder(name, &format!("{stage}{key}")));
+    let (mut squares, mut widths, mut found_so, sets) = ([0.0; 2], [0.0; 2], 0, 40);
+    for set in 0..sets {
+        let mut stream = Streams::new(set).stream("responses/pressures/one size");
+        let truth = PRIORS.map(|[mean, sd]| mean + sd * normal(&mut stream));
+        let mut levels = vec![Vec::new(); 2];
+        let mut row = |f: &f64, levels: &mut Vec<f64>| -> Vec<C64> {
+            let size = 2.0 * 100_f64.powf(-(f - 350.0) / 920.0);
+            let amplitudes = [complex(&mut stream) * size, complex(&mut stream) * size];
+            let of = |h: &[C64; 2]| h[0] * amplitudes[0] + h[1] * amplitudes[1];
+            let all: Vec<C64> =
+                columns(*f, truth).iter().map(|h| of(h) + 2e-4 * complex(&mut stream)).collect();
+            let level = (all.iter().map(|z| z.norm_sqr()).sum::<f64>() / all.len() as f64).sqrt();
+            levels.push(level);
+            all.iter().map(|z| z / level).collect()
+        };
+        let heard: Vec<Vec<Vec<C64>>> =
+            levels.iter_mut().map(|levels| frequency_hz.iter().map(|f| row(f, levels)).collect()).collect();
+        let mut all = responses(&frequency_hz, &heard, &[Place::Upstream, Place::Downstream], None);
+        for (k, response) in all.iter_mut().enumerate() {
+            response.level.clone_from(&levels[k / AT.len()]);
+        }
+        for ((folder, square), width) in folders.iter().zip(&mut squares).zip(&mut widths) {
+            let study = Study::open(folder).unwrap();
+            let stage =
+                ResponseRun::new(study, observed(all.clone())).unwrap().next_stage().unwrap().unwrap();
+            let pulls = found(&stage, "waves.flow").into_iter().zip(truth);
+            *width += found(&stage, "waves.flow").iter().map(|[_, sd]| sd.ln()).sum::<f64>();
+            *square += pulls.map(|([value, sd], truth)| ((value - truth) / sd).powi(2)).sum::<f64>();
+            let noise = &model(&stage, "waves.flow").noise;
+            if let Some(n) = noise.iter().find(|n| n.name == "noise of one size at all levels") {
+                assert!((n.sd / 2e-4 - 1.0).abs() < 0.25, "{noise:?}");
+                found_so += 1;
+            }
+        }
+    }
+    let [size, relative] = squares.map(|square| (square / (3.0 * sets as f64)).sqrt());
+    let narrower = ((widths[1] - widths[0]) / (3.0 * sets as f64)).exp();
+    assert_eq!(found_so, sets);
+    assert!(
+        (0.85..1.15).contains(&size) && (0.85..1.15).contains(&relative) && narrower > 8.0,
+        "{size} {relative} {narrower}"
+    );
 }

@@ -165,6 +165,7 @@ fn measured(what: What, by: [f64; 3]) -> Vec<ObservedResponse> {
                 values: frequency_hz.iter().map(answer).collect(),
                 frequency_hz: frequency_hz.clone(),
                 sd: Vec::new(),
+                level: Vec::new(),
             });
         }
     }
@@ -246,6 +247,35 @@ fn oracle_an_error_of_the_ambient_temperature_is_an_unknown_temperature() {
         same(&stated, &own.found("hot", what, truth), ["error of T_amb (day 1)", "hot"], [TEMPERATURE, 1.5]);
         let counted = number(&stated.0, "sig");
         assert!((counted[0] - SIGMA).abs() < 3.0 * counted[1], "{what:?} {counted:?}");
+    }
+}
+
+/// The temperature and the place of the far end, which an unknown moves by 20 mm, make up for each other along
+/// a curve: over the standard deviation of the temperature answers turn by 0.15 rad, fifteen times the noise.
+#[test]
+fn oracle_an_error_in_which_answers_bend_has_the_deviations_of_an_unknown() {
+    let off = "[unknown.off]\nunit = \"m\"\nprior = { normal = { mean = 0.0, sd = 20e-3 } }\n";
+    let hot = "[unknown.hot]\nunit = \"K\"\nprior = { normal = { mean = 293.15, sd = 4.0 } }\n";
+    let both = format!("{off}{hot}");
+    for (what, more) in [(What::Reflection, 0.0), (What::Transfer, 0.0), (What::Transfer, 0.3)] {
+        let sds = [more, 0.0, 4.0];
+        let rig = ["0.3 - face - $off", "", off];
+        let stated = Written { sds, rig, ..Written::default() }.found("curve", what, [0.0, 0.0, -3.5]);
+        let rig = ["0.3 - face - $off", "temperature = \"$hot\"", &both];
+        let sds = [more, 0.0, 0.0];
+        let own =
+            Written { sds, rig, base: "rig", ..Written::default() }.found("own", what, [0.0, 0.0, -3.5]);
+        for (error, unknown, [mean, sd]) in [
+            ("sig", "sig", [0.0, 1.0]),
+            ("off", "off", [0.0, 1.0]),
+            ("error of T_amb (day 1)", "hot", [TEMPERATURE, 4.0]),
+        ] {
+            let [e, u] = [number(&stated.0, error), number(&own.0, unknown)];
+            let near = (mean + sd * e[0] - u[0]).abs() < 0.02 * u[1] && (sd * e[1] / u[1] - 1.0).abs() < 0.02;
+            assert!(near, "{what:?} {more} {error}: {e:?} {u:?}");
+        }
+        let apart = stated.0.ln_evidence() - own.0.ln_evidence();
+        assert!(apart.abs() < 0.05, "{what:?}: {apart} nats");
     }
 }
 
@@ -382,6 +412,7 @@ fn modes(folder: &Path, law: f64, f: f64) -> ([f64; 2], f64) {
         frequency_hz: vec![50.0, 100.0, 150.0, 200.0],
         values: vec![C64::new(law, 0.0); 4],
         sd: Vec::new(),
+        level: Vec::new(),
     };
     let mut responses = ResponseRun::new(study.clone(), observed(vec![response])).unwrap();
     responses.next_stage().unwrap().unwrap();
