@@ -23,7 +23,7 @@ fn modes_with_derivatives(c: &mut Criterion) {
     let point = |mode: &rijke_study::ObservedMode| {
         let point = study.campaign.points[mode.point].clone();
         let layout = study.rig.at(&point, temperature).unwrap();
-        let base = PointState::of_the_rig(&study.rig, &layout, &point, [temperature, 0.0]);
+        let base = PointState::of_the_rig(&study.rig, &layout, &point, [temperature, 0.0]).unwrap();
         let conditions = Conditions { id: point.id.clone(), point, layout, base, displaced: Vec::new() };
         let model = PointModel::new(&assembly, &conditions, &[]).unwrap();
         model.starting_from(mode.near(0.0).unwrap()).prepared()

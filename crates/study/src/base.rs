@@ -91,29 +91,40 @@ impl PointState {
         }
     }
 
-    /// The temperatures that the file of the rig gives its ducts; `ambient` where it gives none.
-    #[must_use]
-    pub fn of_the_rig(rig: &Rig, layout: &RigAtPoint, point: &Point, ambient: [f64; 2]) -> Self {
+    /// The temperatures that the file of the rig gives its ducts; `ambient` where it gives none. The error of
+    /// the ambient temperature moves all that follow it: those that a formula of T_amb gives, too.
+    ///
+    /// # Errors
+    /// Those of the rig at an ambient temperature that is higher by a fiftieth of its standard deviation.
+    pub fn of_the_rig(
+        rig: &Rig,
+        layout: &RigAtPoint,
+        point: &Point,
+        ambient: [f64; 2],
+    ) -> Result<Self, StudyProblem> {
         let day = Cause::ambient(point);
         let mut state = Self::uniform(rig, layout.length, ambient[0], 0.0, day.clone()).in_ducts(layout);
-        let at = |duct: &DuctAt| {
-            let n = duct.temperatures.len().max(2);
-            let share = |k: usize| duct.span[0] + (duct.span[1] - duct.span[0]) * k as f64 / (n - 1) as f64;
-            let node = |k: usize| (share(k), duct.temperature_at(share(k)).unwrap_or(ambient[0]));
-            (0..n).map(node).collect::<Vec<_>>()
+        let nodes = |layout: &RigAtPoint, ambient: f64| -> (Vec<f64>, Vec<f64>) {
+            let at = |duct: &DuctAt| {
+                let n = duct.temperatures.len().max(2);
+                let share =
+                    |k: usize| duct.span[0] + (duct.span[1] - duct.span[0]) * k as f64 / (n - 1) as f64;
+                let node = |k: usize| (share(k), duct.temperature_at(share(k)).unwrap_or(ambient));
+                (0..n).map(node).collect::<Vec<_>>()
+            };
+            layout.ducts.iter().flat_map(at).unzip()
         };
-        (state.places, state.temperature) = layout.ducts.iter().flat_map(at).unzip();
-        let free: Vec<f64> = layout
-            .ducts
-            .iter()
-            .flat_map(|d| {
-                vec![if d.temperatures.is_empty() { ambient[1] } else { 0.0 }; d.temperatures.len().max(2)]
-            })
-            .collect();
+        (state.places, state.temperature) = nodes(layout, ambient[0]);
         let error =
             |cause, temperature| BaseError { cause, mass_flow: 0.0, numbers: Vec::new(), temperature };
-        if free.iter().any(|sd| *sd > 0.0) {
-            state.errors.push(error(day, free));
+        if ambient[1] > 0.0 {
+            let warmer = ambient[0] + STEP * ambient[1];
+            let (_, moved) = nodes(&rig.at(point, warmer)?, warmer);
+            let change: Vec<f64> =
+                moved.iter().zip(&state.temperature).map(|(there, here)| (there - here) / STEP).collect();
+            if change.iter().any(|sd| *sd != 0.0) {
+                state.errors.push(error(day, change));
+            }
         }
         for duct in &layout.ducts {
             let part = &rig.parts[duct.part];
@@ -135,7 +146,7 @@ impl PointState {
                 state.errors.push(error(Cause::Part(part.name.clone()), change));
             }
         }
-        state
+        Ok(state)
     }
 
     /// The same state if it is sound.

@@ -204,7 +204,7 @@ fn exact_delays_and_gains_that_were_found_are_undone() {
     let (_folder, study, observations) = study("undone", 3, &[(0, &[1, 2])], false);
     let (point, clear) = (study.campaign.points[0].clone(), observations.modes[0].clone());
     let layout = study.rig.at(&point, 293.15).unwrap();
-    let base = PointState::of_the_rig(&study.rig, &layout, &point, [293.15, 0.0]);
+    let base = PointState::of_the_rig(&study.rig, &layout, &point, [293.15, 0.0]).unwrap();
     let conditions = Conditions { id: point.id.clone(), point, layout, base, displaced: Vec::new() };
     let (s, errors) = (eigenvalue(LENGTHS[0]), [[3e-5, 0.04], [-2e-5, 0.07]]);
     let mut mode = clear.clone();

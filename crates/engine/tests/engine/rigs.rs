@@ -108,7 +108,7 @@ fn assembly(study: &Study) -> Assembly {
 fn conditions(study: &Study) -> Conditions {
     let point = study.campaign.points[0].clone();
     let layout = study.rig.at(&point, 293.15).unwrap();
-    let base = PointState::of_the_rig(&study.rig, &layout, &point, [293.15, 0.0]);
+    let base = PointState::of_the_rig(&study.rig, &layout, &point, [293.15, 0.0]).unwrap();
     Conditions { id: point.id.clone(), point, layout, base, displaced: Vec::new() }
 }
 
@@ -358,34 +358,43 @@ fn oracle_rigs_have_the_side_holes_and_screens_of_network_files() {
     }
 }
 
+/// The states of gas at three points of a rig whose last duct begins with this `temperature`, which `ends`
+/// with another, where the ambient temperature is known to `ambient_sd`.
+fn states(name: &str, [temperature, ends]: [&str; 2], ambient_sd: f64) -> Vec<PointState> {
+    let rig = rig(["2e-4", "0.5", "0.07", &format!("{temperature}\ntemperature_end = {ends}")]);
+    let table = "T_f [K],growth_rate,growth_rate_sd,frequency,frequency_sd\n293.15,-20,1,110,0.2\n300,-20,1,110,0.2\n\
+                 500,-20,1,110,0.2\n";
+    let [rig, table] = files(name, &rig, table);
+    let study = OneTable::read(&rig, &table).unwrap().study().unwrap().0;
+    let at = |p: &rijke_study::Point| study.rig.at(p, 293.15).unwrap();
+    let of = |p| PointState::of_the_rig(&study.rig, &at(p), p, [293.15, ambient_sd]).unwrap();
+    study.campaign.points.iter().map(of).collect()
+}
+
 /// One error of a duct that all points share does not make the cold ones uncertain.
 #[test]
 fn exact_gas_that_a_factor_heats_is_wrong_by_no_more_than_it_is_heated() {
-    let hot = |temperature: &str| {
-        let rig = rig([
-            "2e-4",
-            "0.5",
-            "0.07",
-            &format!("{temperature}\ntemperature_end = 600\ntemperature_sd = 25"),
-        ]);
-        let table = "T_f [K],growth_rate,growth_rate_sd,frequency,frequency_sd\n293.15,-20,1,110,0.2\n300,-20,1,110,0.2\n\
-                     500,-20,1,110,0.2\n";
-        let [rig, table] = files("heated", &rig, table);
-        let study = OneTable::read(&rig, &table).unwrap().study().unwrap().0;
-        let errors = |point: &rijke_study::Point| {
-            let layout = study.rig.at(point, 293.15).unwrap();
-            let base = PointState::of_the_rig(&study.rig, &layout, point, [293.15, 0.0]);
+    let near = |temperature: &str, expected: [f64; 3]| {
+        let all = states("heated", [temperature, "600\ntemperature_sd = 25"], 0.0);
+        for (base, expected) in all.iter().zip(expected) {
             let last = base.places.len() - 2;
-            base.errors.iter().map(|e| [e.temperature[last], e.temperature[last + 1]]).collect::<Vec<_>>()
-        };
-        study.campaign.points.iter().flat_map(errors).collect::<Vec<_>>()
-    };
-    let near = |found: Vec<[f64; 2]>, expected: [f64; 3]| {
-        assert_eq!(found.len(), 3);
-        for (found, expected) in found.iter().zip(expected) {
-            assert!((found[0] - expected).abs() < 1e-9 && found[1] == 25.0, "{found:?} {expected}");
+            let found: Vec<_> = base.errors.iter().map(|e| &e.temperature[last..]).collect();
+            assert!(found.len() == 1 && (found[0][0] - expected).abs() < 1e-9, "{found:?} {expected}");
+            assert_eq!(found[0][1], 25.0);
         }
     };
-    near(hot("\"T_f\""), [0.0, 6.85, 25.0]);
-    near(hot("293.15"), [25.0; 3]);
+    near("\"T_f\"", [0.0, 6.85, 25.0]);
+    near("293.15", [25.0; 3]);
+}
+
+/// A duct whose temperature is a formula of T_amb is as wrong as T_amb is.
+#[test]
+fn exact_gas_that_follows_the_ambient_has_the_error_of_the_ambient() {
+    for base in states("following", ["\"T_amb + 0.5*(T_f - 293.15)\"", "\"2*T_amb\""], 0.4) {
+        assert_eq!(base.errors.len(), 1, "{:?}", base.errors);
+        let error = &base.errors[0].temperature;
+        let last = error.len() - 1;
+        let expected = |k: usize| if k == last { 0.8 } else { 0.4 };
+        assert!((0..=last).all(|k| (error[k] - expected(k)).abs() < 1e-9), "{error:?}");
+    }
 }

@@ -151,7 +151,7 @@ fn exact_laws_of_spread_flames_are_each_of_its_own_flame() {
     std::fs::remove_dir_all(&folder).unwrap();
     let point = study.campaign.points[0].clone();
     let layout = study.rig.at(&point, 293.15).unwrap();
-    let base = PointState::of_the_rig(&study.rig, &layout, &point, [293.15, 0.0]);
+    let base = PointState::of_the_rig(&study.rig, &layout, &point, [293.15, 0.0]).unwrap();
     let conditions = Conditions { id: point.id.clone(), point, layout, base, displaced: Vec::new() };
     let assembly = Assembly::new(Arc::new(study.rig.clone()), Vec::new(), &BTreeMap::new()).unwrap();
     let (values, work) = ([0.3, 0.2], &mut Workspace::default());

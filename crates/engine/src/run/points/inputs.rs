@@ -145,7 +145,7 @@ pub(in crate::run) fn conditions_or_ambient(
     let layout = rig.at(point, ambient[0]).map_err(fail)?;
     let base = match (inferred, &study.plan.base) {
         (Some(state), _) => state.clone().in_ducts(&layout),
-        (None, Base::Rig) => PointState::of_the_rig(rig, &layout, point, ambient),
+        (None, Base::Rig) => PointState::of_the_rig(rig, &layout, point, ambient).map_err(fail)?,
         (None, _) => PointState::uniform(rig, layout.length, ambient[0], ambient[1], Cause::ambient(point))
             .in_ducts(&layout),
     };

@@ -163,7 +163,7 @@ fn assembly(study: &Study) -> Assembly {
 fn conditions(study: &Study) -> Conditions {
     let point = study.campaign.points[0].clone();
     let layout = study.rig.at(&point, 293.15).unwrap();
-    let base = PointState::of_the_rig(&study.rig, &layout, &point, [293.15, 0.0]);
+    let base = PointState::of_the_rig(&study.rig, &layout, &point, [293.15, 0.0]).unwrap();
     Conditions { id: point.id.clone(), point, layout, base, displaced: Vec::new() }
 }
 
