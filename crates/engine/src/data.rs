@@ -2,10 +2,10 @@
 
 use crate::errors::{Assemblies, PointErrors, Scatter};
 use crate::groups::Groups;
-use crate::noise::{NONE, Noise};
+use crate::noise::{BETWEEN, NONE, Noise};
 use crate::observed::{Observed, Used, same_installation};
 use crate::{Conditions, EngineError};
-use rijke_inference::{Data, Observation, relative_noise};
+use rijke_inference::{Data, NoiseMode, Observation, relative_noise};
 use rijke_numerics::Matrix;
 use rijke_study::{PartAt, Rig};
 use std::collections::BTreeMap;
@@ -25,25 +25,61 @@ pub(crate) struct Blocks<'a> {
     pub(crate) assemblies: &'a Assemblies,
 }
 
-/// Most numbers of points that share a cause of error in one block.
+/// Most numbers of points that share a cause of error in one block, and most where pressures tell what varies
+/// from installation to installation: a covariance of so many takes a twentieth of a second.
 const TOGETHER: usize = 64;
+const TOGETHER_WHERE_ENDS_VARY: usize = 400;
+
+/// The variance of a parameter that varies over that with which the pressures of points tell of it, from
+/// which on they must not count as draws of their own.
+const TOLD: f64 = 0.1;
 
 /// Whether all that was measured at points that share causes of error is one block of data: where errors of
-/// factors are among these, which may move mode shapes as much as eigenvalues, and the points are few.
-pub(crate) fn is_one_block(errors: &PointErrors, group: &[usize], used: &[Used]) -> bool {
-    group.iter().any(|&p| errors.of_factors_at(p).next().is_some())
-        && group.iter().map(|&p| used[p].rows.len()).sum::<usize>() <= TOGETHER
+/// factors are among these, which may move mode shapes as much as eigenvalues, or a parameter that varies
+/// moves both, and the points are few.
+pub(crate) fn is_one_block(
+    errors: &PointErrors,
+    group: &[usize],
+    used: &[Used],
+    scatter: &[Scatter],
+) -> bool {
+    let numbers = group.iter().map(|&p| used[p].rows.len()).sum::<usize>();
+    let by_factors = || group.iter().any(|&p| errors.of_factors_at(p).next().is_some());
+    (numbers <= TOGETHER && by_factors())
+        || (numbers <= TOGETHER_WHERE_ENDS_VARY
+            && scatter.iter().any(|s| is_told_by_pressures(s, group, used)))
+}
+
+/// Whether pressures tell of the draws of a parameter that varies, each by its measured standard deviation.
+fn is_told_by_pressures(scatter: &Scatter, group: &[usize], used: &[Used]) -> bool {
+    let sd = match scatter.group.mode {
+        NoiseMode::Fixed { sd } => sd,
+        NoiseMode::Inferred { median, .. } => median,
+        NoiseMode::Floated => f64::INFINITY,
+    };
+    let of_point = |p: usize| {
+        let pressures = used[p].rows.iter().enumerate().filter(|(_, row)| **row >= 2);
+        let slopes = &scatter.slopes[p];
+        pressures.map(|(k, row)| slopes[*row].powi(2) / used[p].covariance[(k, k)]).sum::<f64>()
+    };
+    let told: f64 = group.iter().map(|&p| of_point(p)).sum();
+    told > 0.0 && sd * sd * told > TOLD
 }
 
 /// For each observation whether its numbers are in one block with those of all that share its causes of
 /// error.
-pub(crate) fn in_one_block(errors: &PointErrors, observed: &[Observed], used: &[Used]) -> Vec<bool> {
+pub(crate) fn in_one_block(
+    errors: &PointErrors,
+    observed: &[Observed],
+    used: &[Used],
+    scatter: &[Scatter],
+) -> Vec<bool> {
     let mut all = vec![false; observed.len()];
-    if !errors.are_of_factors() {
+    if !errors.are_of_factors() && scatter.is_empty() {
         return all;
     }
     for group in errors.together(|a, b| same_installation(&observed[a], &observed[b])) {
-        let one = is_one_block(errors, &group, used);
+        let one = is_one_block(errors, &group, used, scatter);
         group.into_iter().for_each(|p| all[p] = one);
     }
     all
@@ -112,9 +148,9 @@ impl Blocks<'_> {
     /// installation share.
     ///
     /// Growth rates and frequencies of all points that share a cause of error are one block, so that what
-    /// moves them together is known to, with all pressures of these points where [`is_one_block`]. Elsewhere
-    /// the pressures of each point are a block of their own: what the errors do to pressures and eigenvalue
-    /// together is left out, because larger blocks would make the inference many times slower.
+    /// moves them together is known to, with all pressures of these points where [`is_one_block`] says so.
+    /// Elsewhere the pressures of each point are a block of their own: what the errors do to pressures and
+    /// eigenvalue together is left out, because larger blocks would make the inference many times slower.
     ///
     /// # Errors
     /// As [`Blocks::apart`].
@@ -129,13 +165,7 @@ impl Blocks<'_> {
             groups.list[groups.varying + k].mode = NONE;
         }
         let varying = |numbers: &[(usize, usize)]| -> Vec<(usize, Matrix)> {
-            let one = |(k, s): (usize, &Scatter)| {
-                let of = s.structure(numbers, same);
-                let known = |i: usize| knows(2 + k, numbers[i].0);
-                let n = numbers.len();
-                Matrix::from_fn(n, n, |i, j| if known(i) || known(j) { 0.0 } else { of[(i, j)] })
-            };
-            (groups.varying..).zip(self.scatter.iter().enumerate().map(one)).collect()
+            (groups.varying..).zip(self.scatter.iter().map(|s| s.structure(numbers, same))).collect()
         };
         let offsets = self.offsets();
         let measured = if self.noise.measured { 1.0 } else { 0.0 };
@@ -195,7 +225,7 @@ impl Blocks<'_> {
                 let of = |&p: &usize| self.used[p].rows.iter().enumerate().map(move |(k, &row)| (p, k, row));
                 group.iter().flat_map(of).filter(|(_, _, row)| wanted(*row)).collect()
             };
-            if is_one_block(errors, &group, self.used) {
+            if is_one_block(errors, &group, self.used, self.scatter) {
                 add(&numbers(&|_| true));
                 continue;
             }
@@ -204,6 +234,22 @@ impl Blocks<'_> {
             pressures.chunk_by(|a, b| a.0 == b.0).for_each(&mut add);
         }
         Ok((Data::new(blocks, groups.list)?, order))
+    }
+
+    /// Where more is told of a draw of a parameter that varies than one block can hold, in a sentence.
+    pub(crate) fn drawn_anew(&self, errors: &PointErrors) -> Option<String> {
+        let same = |a: usize, b: usize| same_installation(&self.observed[a], &self.observed[b]);
+        let apart = |group: &Vec<usize>| {
+            let told = self.scatter.iter().find(|s| is_told_by_pressures(s, group, self.used))?;
+            let one = is_one_block(errors, group, self.used, self.scatter);
+            (!one).then(|| told.group.name.trim_end_matches(BETWEEN).to_owned())
+        };
+        let name = errors.together(same).iter().find_map(apart)?;
+        Some(format!(
+            "`{name}` varies from installation to installation, and more than {TOGETHER_WHERE_ENDS_VARY} numbers share the errors of one: the \
+             pressures of each of these modes count as if `{name}` were drawn anew for them, so that its standard deviation and the evidence are too \
+             sure; use fewer `microphones` in this stage, or fewer points that share a day"
+        ))
     }
 
     /// Variance of the relative pressures where microphones stand in the near field of a part, closer to it

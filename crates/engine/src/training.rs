@@ -71,11 +71,14 @@ pub fn train(
     }
     let rough = fit.search(&data, order.clone(), &search)?;
     let values = &rough.parameters[..own];
-    let scatter = Scatter::of(assembly, observed, used, training, values)?;
+    let mut scatter = Scatter::of(assembly, observed, used, training, values)?;
     let assemblies = match training.base_errors {
         true => Assemblies::of(observed, used, training, &scatter),
         false => Assemblies::default(),
     };
+    for (k, scatter) in scatter.iter_mut().enumerate() {
+        scatter.leave_out(|p| assemblies.knows(2 + k, &observed[p]));
+    }
     let blocks = Blocks { scatter: &scatter, assemblies: &assemblies, ..blocks };
     if !errs {
         let (data, order) = blocks.apart()?;

@@ -160,7 +160,7 @@ impl WithErrors<'_> {
         then: impl FnOnce(Parts<'_>) -> Result<T, EngineError>,
     ) -> Result<T, EngineError> {
         let (training, channels, bends) = (self.training, self.channels, &self.bends);
-        let Blocks { observed, used, assemblies, .. } = self.blocks;
+        let Blocks { observed, used, scatter, assemblies, .. } = self.blocks;
         let assembly = self.assembly;
         let own = assembly.parameters().len();
         let (values, of_channels) = about.parameters.split_at(own);
@@ -178,7 +178,7 @@ impl WithErrors<'_> {
         let added = of_states.effect(used, &about.errors);
         let straight = Shifted { inner: there, less: &added };
         let (common, rest) =
-            Common::of(of_states.clone().beside(others.clone()), observed, used, training, bends)?;
+            Common::of(of_states.clone().beside(others.clone()), (observed, used, scatter), training, bends)?;
         let alone = !training.base_errors && rest.is_none();
         let (data, order) = if alone { self.blocks.apart() } else { self.blocks.together(&rest) }?;
         let shared = [common.parameters(), assemblies.parameters()].concat();
@@ -248,10 +248,10 @@ impl WithErrors<'_> {
 
     /// The most probable errors, in their standard deviations, where a search ended.
     fn found(&self, parts: &Parts<'_>, values: &[f64], pulls: &[f64]) -> BTreeMap<Cause, f64> {
-        let Blocks { observed, used, .. } = self.blocks;
+        let Blocks { observed, used, scatter, .. } = self.blocks;
         let own = self.assembly.parameters().len();
         // Where they are in other blocks, pressures have errors of their own.
-        let one_block = in_one_block(&parts.rest, observed, used);
+        let one_block = in_one_block(&parts.rest, observed, used, scatter);
         let most = |p: usize| if one_block[p] { usize::MAX } else { 2 };
         let mut found = parts.rest.told(used, &parts.order, pulls, most);
         found.extend(parts.common.found(&values[own..]));
@@ -268,6 +268,7 @@ impl WithErrors<'_> {
         let (for_predictions, told) = self.told(common, rest, &trained);
         let mut warnings = common.explained(trained.warnings);
         warnings.extend(self.bends.warning());
+        warnings.extend(self.blocks.drawn_anew(rest));
         let trained = Trained { learned, told, warnings, common: Some(for_predictions), ..trained };
         let own = self.assembly.parameters().len();
         let causes = common.learned(&self.training.causes, own, &trained.gaussian());
@@ -288,9 +289,9 @@ impl WithErrors<'_> {
     /// What the data tell of `errors` that several points share and that stayed a covariance, and `common`
     /// with these.
     fn told(&self, common: &Common, errors: &PointErrors, trained: &Trained) -> (Common, OfSeveral) {
-        let Blocks { observed, used, .. } = self.blocks;
+        let Blocks { observed, used, scatter, .. } = self.blocks;
         let (linear, order) = &*trained.linear;
-        let one_block = in_one_block(errors, observed, used);
+        let one_block = in_one_block(errors, observed, used, scatter);
         let (_, apart) =
             errors.of_several(observed, used, order, |p| if one_block[p] { 0 } else { usize::MAX });
         let (of_several, columns) =

@@ -1,6 +1,6 @@
 //! Errors of the base states that several installations of the rig share, as parameters beside the model's.
 
-use super::{Bends, Changes, Learned, PointErrors};
+use super::{Bends, Changes, Learned, PointErrors, Scatter};
 use crate::data::is_one_block;
 use crate::gaussian::{Training, handed_on};
 use crate::observed::{Observed, Used, same_installation};
@@ -57,8 +57,7 @@ impl Common {
     /// [`EngineError::Dense`] if the eigenvalue iteration fails.
     pub(crate) fn of(
         errors: PointErrors,
-        observed: &[Observed],
-        used: &[Used],
+        (observed, used, scatter): (&[Observed], &[Used], &[Scatter]),
         training: &Training,
         bends: &Bends<'_>,
     ) -> Result<(Self, PointErrors), EngineError> {
@@ -67,7 +66,7 @@ impl Common {
         let rows: usize = sizes.iter().sum();
         // In one block with what they move, the errors of an installation or a point are noise like others.
         let groups = if errors.are_of_factors() { errors.together(same) } else { Vec::new() };
-        let groups = groups.into_iter().filter(|group| !is_one_block(&errors, group, used));
+        let groups = groups.into_iter().filter(|group| !is_one_block(&errors, group, used, scatter));
         let apart: BTreeSet<Cause> =
             groups.flatten().flat_map(|p| errors.of_factors_at(p)).cloned().collect();
         let goes_on = |cause: &Cause| {

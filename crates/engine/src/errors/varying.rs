@@ -46,6 +46,12 @@ impl Scatter {
         Ok(places.iter().enumerate().map(scatter).collect())
     }
 
+    /// Leaves out the points of whose draws an earlier stage tells: there they are no noise.
+    pub(crate) fn leave_out(&mut self, is_told: impl Fn(usize) -> bool) {
+        let told = self.slopes.iter_mut().enumerate().filter(|(p, _)| is_told(*p));
+        told.for_each(|(_, slopes)| slopes.fill(0.0));
+    }
+
     /// The structure of this noise over numbers, each a point and its row; points of one installation
     /// (`same`) share one draw.
     pub(crate) fn structure(

@@ -25,6 +25,9 @@ const BETTER: f64 = 1.0;
 /// An error over whose standard deviation the answers bend by this share of their change is told.
 const BENT: f64 = 0.1;
 
+/// The causes of error of an operating point, and the loads there.
+type Acting = (BTreeSet<Cause>, Vec<usize>);
+
 impl ResponseRun {
     /// The loads of a stage, at points whose errors are what `errors` are taken about.
     pub(super) fn loads<'a>(
@@ -99,8 +102,8 @@ impl ResponseRun {
         Ok(Responses { loads, errors, own: responses.own, channels: responses.channels.clone() })
     }
 
-    /// The causes of error of every operating point, and the loads there.
-    fn acting(&self, data: &Selected) -> Result<Vec<(BTreeSet<Cause>, Vec<usize>)>, EngineError> {
+    /// Those of every operating point of a stage.
+    fn acting(&self, data: &Selected) -> Result<Vec<Acting>, EngineError> {
         let points: BTreeSet<usize> = data.points.iter().copied().collect();
         let of_point = |point: usize| {
             let loads = (0..data.points.len()).filter(|l| data.points[*l] == point).collect();

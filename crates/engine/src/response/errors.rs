@@ -4,10 +4,10 @@
 //! Every cause of error is one number for all points that share it. With the parameters x of the model the
 //! answers are R(x, e) = R(x, e0) + (e - e0) (R_e + R_ex (x - x0)) + (e - e0)^2 R_ee / 2 about the values x0
 //! and e0 of the last fit, where R(x, e0) is that of the rig with the factors and the temperatures moved, and
-//! R_e, R_ex and R_ee follow from small steps to both sides ([`rijke_study::STEP`]). The fit is repeated until
-//! the parameters stay. So Laplace's method has all second derivatives of the cost: where an error and a
-//! parameter make up for each other, its width is a small difference of large ones, and slopes alone make it
-//! wrong by half.
+//! R_e, R_ex and R_ee follow from small steps to both sides ([`rijke_study::STEP`]). The fit is repeated
+//! until the parameters stay. So Laplace's method has all second derivatives of the cost: where an error and
+//! a parameter make up for each other, its width is a small difference of large ones, and slopes alone make
+//! it wrong by half.
 
 use crate::gaussian::handed_on;
 use crate::run::{conditions_at, conditions_of, with_factors_moved};

@@ -2,9 +2,11 @@
 
 use crate::common::folder::Folder;
 use crate::common::tube::{TUBE, speed};
-use rijke_engine::run::{Run, Trusted};
+use rijke_engine::run::{AskedPoint, Run, Trusted, with_points};
 use rijke_numerics::C64;
 use rijke_study::Study;
+use rijke_study::plan::Selection;
+use std::collections::BTreeMap;
 use std::f64::consts::{PI, TAU};
 
 const LENGTHS: [f64; 2] = [1.0, 0.8];
@@ -216,6 +218,23 @@ fn oracle_gas_far_from_its_thermometer_as_an_unknown_temperature() {
     let said = format!("{evidence} {slow_evidence}, r = {value} {slow_value} +- {sd} {slow_sd}");
     assert!((evidence - slow_evidence).abs() < 0.02, "{said}");
     assert!((value - slow_value).abs() < 0.05 * slow_sd && (sd / slow_sd - 1.0).abs() < 0.01, "{said}");
+}
+
+/// A ruler that is wrong by a share of what it reads is so at lengths that no point of the campaign has.
+#[test]
+fn exact_a_meter_has_its_share_of_any_value() {
+    for (sds, expected) in [([1.0, 0.8], [0.009, 0.012, 0.0]), ([0.5, 0.5], [0.005; 3])] {
+        let folder = folder("between", &plan("common_errors = [\"x\"]"));
+        let table = format!("point,x [cm],x_sd [cm],T_amb [degC]\na,100,{},20\nb,80,{},20\n", sds[0], sds[1]);
+        std::fs::write(folder.0.join("campaign.csv"), table).unwrap();
+        let study = Study::open(&folder.0).unwrap();
+        let asked = [0.9, 1.2, 0.0].map(|x| AskedPoint::new(BTreeMap::from([("x".to_owned(), x)]), None));
+        let (wider, places) = with_points(&study, &Selection::default(), &asked).unwrap();
+        for (place, expected) in places.iter().zip(expected) {
+            let sd = wider.campaign.points[*place].factor_sds[0];
+            assert!((sd - expected).abs() < 1e-12, "{sd} {expected}");
+        }
+    }
 }
 
 #[test]

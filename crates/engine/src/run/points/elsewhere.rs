@@ -160,12 +160,32 @@ pub fn with_points<A: Clone + Into<AskedPoint>>(
 /// Standard deviations of the factors of a condition: what is asked is what is set, but where a meter has an
 /// error that all points share it reads wrongly here too, and where the condition states a deviation.
 fn sds_of(study: &Study, like: &Point, asked: &AskedPoint) -> Vec<f64> {
-    let factors = study.campaign.factors.iter().zip(&like.factor_sds);
-    let one = |(factor, sd): (&Factor, &f64)| {
-        let stated = asked.values.get(&sd_of(&factor.name)).copied();
-        stated.unwrap_or(if study.plan.common_errors.contains(&factor.name) { *sd } else { 0.0 })
+    let one = |(k, factor): (usize, &Factor)| {
+        if let Some(stated) = asked.values.get(&sd_of(&factor.name)) {
+            return *stated;
+        }
+        if !study.plan.common_errors.contains(&factor.name) {
+            return 0.0;
+        }
+        asked.values.get(&factor.name).map_or(like.factor_sds[k], |value| sd_at(&study.campaign, k, *value))
     };
-    factors.map(one).collect()
+    study.campaign.factors.iter().enumerate().map(one).collect()
+}
+
+/// The standard deviation of factor `k` at another value: that of the campaign on straight lines between its
+/// values, and beyond them. So that of a meter may be one number, or a share of what it reads.
+fn sd_at(campaign: &Campaign, k: usize, value: f64) -> f64 {
+    let stated = campaign.points.iter().map(|p| (p.factors[k], p.factor_sds[k]));
+    let mut known: Vec<(f64, f64)> = stated.filter(|(v, sd)| v.is_finite() && sd.is_finite()).collect();
+    known.sort_by(|a, b| a.0.total_cmp(&b.0).then(b.1.total_cmp(&a.1)));
+    known.dedup_by_key(|(v, _)| *v);
+    let last = known.len().saturating_sub(1);
+    let upper = known.partition_point(|(v, _)| *v < value).clamp(1, last.max(1));
+    match (known.get(upper - 1), known.get(upper)) {
+        (Some((v0, sd0)), Some((v1, sd1))) => (sd0 + (sd1 - sd0) * (value - v0) / (v1 - v0)).max(0.0),
+        (Some((_, sd)), None) => *sd,
+        (None, _) => 0.0,
+    }
 }
 
 /// What the standard deviation of a factor is called beside it.

@@ -197,6 +197,18 @@ pub(in crate::run) fn few(points: usize) -> usize {
 }
 
 impl Outlying<'_> {
+    /// Whose assembly of the rig is to be checked with the points, if they are all of one that the campaign
+    /// names.
+    fn installation(&self) -> String {
+        let of = |t: &Held<'_>| {
+            let point = &t.0.conditions.point;
+            (point.installation != point.id).then(|| point.installation.clone())
+        };
+        let first = self.points.first().and_then(of);
+        let one = first.filter(|name| self.points.iter().all(|t| of(t).as_ref() == Some(name)));
+        one.map_or_else(String::new, |name| format!(", and how installation {name} was put together"))
+    }
+
     /// "H2 and H7 lie 4.25 and -5.31 1/s from the model".
     fn said(&self, what: &str, shown: impl Fn(f64) -> String) -> String {
         let list =
@@ -214,16 +226,22 @@ impl Outlying<'_> {
         let least = self.least;
         match &self.points[..] {
             [one] => format!(
-                "{names} alone lies {} from the model in its {what}, {least:.0} times what its error and the scatter of the others explain: check that point",
-                shown((one.1 - one.2).abs())
+                "{names} alone lies {} from the model in its {what}, {least:.0} times what its error and the scatter of the others explain: check that \
+                 point{}; if it is right, the model lacks what acts there",
+                shown((one.1 - one.2).abs()),
+                self.installation()
             ),
             _ => format!(
                 "{names} lie {} from the model in their {what}, at least {least:.0} times what their errors and the scatter of the others explain: {}",
                 list(&|t| shown(t.1 - t.2)),
                 if self.exchanged {
                     "exchanged with each other they fit; check whether their rows or records were exchanged"
+                        .to_owned()
                 } else {
-                    "check these points"
+                    format!(
+                        "check these points{}; if they are right, the model lacks what acts there",
+                        self.installation()
+                    )
                 }
             ),
         }
@@ -258,7 +276,7 @@ pub(in crate::run) mod tests {
         std::fs::remove_dir_all(&folder).unwrap();
         let point = study.campaign.points[0].clone();
         let layout = study.rig.at(&point, 293.15).unwrap();
-        let base = PointState::of_the_rig(&study.rig, &layout, &point, [293.15, 0.0]);
+        let base = PointState::of_the_rig(&study.rig, &layout, &point, [293.15, 0.0]).unwrap();
         let one = |k: usize| Observed {
             conditions: Arc::new(Conditions {
                 id: format!("p{k}"),

@@ -1,6 +1,7 @@
 //! Training on responses, against closed forms and against likelihoods that are written out.
 
 mod bench;
+mod bent;
 mod chain;
 mod channels;
 mod delay;

@@ -344,9 +344,9 @@ fn coverage_parameters_of_unknown_sources_lie_within_their_errors() {
     assert!((0.9..1.1).contains(&rms), "{rms}");
 }
 
-/// Microphones whose noise is 0.2 mPa whatever they hear, of a loudspeaker that makes 2 Pa at low frequencies and
-/// 0.02 Pa at high ones, which tell as much: with one noise relative to the level all rows would count alike,
-/// and the deviations would be ten times as large.
+/// Microphones whose noise is 0.2 mPa whatever they hear, of a loudspeaker that makes 2 Pa at low frequencies
+/// and 0.02 Pa at high ones, which tell as much: with one noise relative to the level all rows would count
+/// alike, and the deviations would be ten times as large.
 #[test]
 fn coverage_noise_of_one_size_is_found_at_all_levels() {
     let frequency_hz: Vec<f64> = (0..24).map(|k| 350.0 + 40.0 * f64::from(k)).collect();

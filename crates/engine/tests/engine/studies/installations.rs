@@ -6,7 +6,7 @@
 use super::ORIGIN;
 use crate::common::folder::Folder;
 use rijke_engine::run::{Run, Trusted};
-use rijke_numerics::{Cholesky, Matrix};
+use rijke_numerics::{C64, Cholesky, Matrix};
 use rijke_study::Study;
 use std::f64::consts::PI;
 
@@ -32,6 +32,17 @@ fn rate() -> f64 {
 }
 
 fn folder(name: &str, noise: &str) -> Folder {
+    heard(name, noise, &|_| None)
+}
+
+/// A microphone beside that at the rigid end, and the standard deviation of its relative pressure: of a mode
+/// it is cosh(s x/c), as good a measurement of the growth rate as the decay.
+const HEARD_AT: f64 = 0.5;
+const HEARD_SD: f64 = 1e-3;
+
+/// As [`folder`], with relative pressures of modes that grow as `growth` says of every point.
+fn heard(name: &str, noise: &str, growth: &dyn Fn(usize) -> Option<f64>) -> Folder {
+    let is_heard = growth(0).is_some();
     let stage = |id: &str, on: &str| {
         format!(
             "[[stage]]\nid = \"{id}\"\npoints = {{ rows = [\"{id}\"] }}\n{on}with = {{ end = \"end\" }}\nbase_errors = true\n\
@@ -52,8 +63,18 @@ fn folder(name: &str, noise: &str) -> Folder {
     let modes: String = POINTS
         .iter()
         .enumerate()
-        .map(|(i, (_, _, _, growth, sd))| format!("p{i},{growth},{sd},{hertz},0.05\n"))
+        .map(|(i, (_, _, _, rate, sd))| {
+            let pressure = growth(i).map_or(String::new(), |growth| {
+                let z = pressure(growth)[0];
+                format!(",{},{HEARD_SD},{},{HEARD_SD}", z.re, z.im)
+            });
+            format!("p{i},{rate},{sd},{hertz},0.05{pressure}\n")
+        })
         .collect();
+    let (microphones, columns) = match is_heard {
+        true => (format!("[microphones]\nat = [0, {HEARD_AT}]\n"), ",p2_re,p2_re_sd,p2_im,p2_im_sd"),
+        false => (String::new(), ""),
+    };
     let prior = |k: usize| format!("{{ normal = {{ mean = {}, sd = {} }} }}", PRIORS[k][0], PRIORS[k][1]);
     let candidate = format!(
         "[[candidate]]\nid = \"end\"\nrole = \"end\"\nname = \"end\"\ncite = [\"a test\"]\nparameters.a = {{ prior = {} }}\nparameters.b = {{ prior = {} }}\n\
@@ -66,8 +87,10 @@ fn folder(name: &str, noise: &str) -> Folder {
         &[
             (
                 "rig.toml",
-                "name = \"tube\"\n[gas]\ntemperature = 293.15\ngas_constant = 287.0\n[upstream]\ntype = \"closed\"\n[downstream]\ntype = \"free\"\n\
-                 [[element]]\nname = \"tube\"\ntype = \"duct\"\nlength = 0.8\ndiameter = 0.05\nwall = \"none\"\n",
+                &format!(
+                    "name = \"tube\"\n[gas]\ntemperature = 293.15\ngas_constant = 287.0\n[upstream]\ntype = \"closed\"\n[downstream]\ntype = \"free\"\n\
+                 [[element]]\nname = \"tube\"\ntype = \"duct\"\nlength = 0.8\ndiameter = 0.05\nwall = \"none\"\n{microphones}"
+                ),
             ),
             ("campaign.csv", &format!("point,row,installation,k\n{points}")),
             ("candidates/end.toml", &candidate),
@@ -75,10 +98,19 @@ fn folder(name: &str, noise: &str) -> Folder {
             ("observations/observations.toml", ORIGIN),
             (
                 "observations/modes.csv",
-                &format!("point,growth_rate,growth_rate_sd,frequency [Hz],frequency_sd [Hz]\n{modes}"),
+                &format!(
+                    "point,growth_rate,growth_rate_sd,frequency [Hz],frequency_sd [Hz]{columns}\n{modes}"
+                ),
             ),
         ],
     )
+}
+
+/// The relative pressure of a mode that grows so, and its slope in the growth rate.
+fn pressure(growth: f64) -> [C64; 2] {
+    let x = HEARD_AT / sound_speed();
+    let z = C64::new(growth, 2.0 * PI * sound_speed() / 3.2) * x;
+    [z.cosh(), x * z.sinh()]
 }
 
 /// ln density of the growth rates of these points, with the mean and the standard deviation of a and of b
@@ -97,16 +129,26 @@ fn of(
     moves: &dyn Fn(usize) -> f64,
     same: &dyn Fn(usize, usize) -> bool,
 ) -> (f64, [[f64; 2]; 2]) {
-    let n = points.len();
-    let slope = |i: usize, k: usize| rate() * [1.0, POINTS[points[i]].2][k];
+    of_numbers(&points.iter().map(|&p| (p, 1.0, POINTS[p].3, POINTS[p].4)).collect::<Vec<_>>(), moves, same)
+}
+
+/// As [`of`], of numbers that change by so much with the growth rate of a point: point, change, growth rate
+/// that it says, and its own standard deviation.
+fn of_numbers(
+    numbers: &[(usize, f64, f64, f64)],
+    moves: &dyn Fn(usize) -> f64,
+    same: &dyn Fn(usize, usize) -> bool,
+) -> (f64, [[f64; 2]; 2]) {
+    let n = numbers.len();
+    let slope = |i: usize, k: usize| numbers[i].1 * rate() * [1.0, POINTS[numbers[i].0].2][k];
     let covariance = Matrix::from_fn(n, n, |i, j| {
-        let (a, b) = (points[i], points[j]);
-        let own = if i == j { POINTS[a].4.powi(2) } else { 0.0 };
-        let shared = if same(a, b) { moves(a) * moves(b) } else { 0.0 };
+        let ((a, by_a, _, sd), (b, by_b, ..)) = (numbers[i], numbers[j]);
+        let own = if i == j { sd * sd } else { 0.0 };
+        let shared = if same(a, b) { by_a * moves(a) * by_b * moves(b) } else { 0.0 };
         own + shared + (0..2).map(|k| slope(i, k) * PRIORS[k][1].powi(2) * slope(j, k)).sum::<f64>()
     });
     let offset: Vec<f64> = (0..n)
-        .map(|i| POINTS[points[i]].3 - (0..2).map(|k| slope(i, k) * PRIORS[k][0]).sum::<f64>())
+        .map(|i| numbers[i].1 * numbers[i].2 - (0..2).map(|k| slope(i, k) * PRIORS[k][0]).sum::<f64>())
         .collect();
     let factor = Cholesky::new(&covariance).unwrap();
     let white = factor.whiten(&offset);
@@ -153,6 +195,36 @@ fn oracle_an_assembly_of_two_stages_has_one_error() {
         let (anew, _) = by_hand_anew(&all, moves);
         assert!((sum - anew).abs() > 0.05, "{name}: {sum} {anew}");
     }
+}
+
+/// Pressures tell the growth rate of an installation as well as decays do: both are of one draw, in one stage
+/// and in two.
+#[test]
+fn oracle_pressures_and_decays_of_an_assembly_have_one_error() {
+    let by_k = |p: usize| 0.02 * rate() * POINTS[p].2;
+    let growth = |p: usize| POINTS[p].3 + 0.7 * (p as f64 * 2.3).sin();
+    let noise = "pressure = 0.0\nvarying = [{ parameter = \"b\", sd = 0.02 }]";
+    let (sum, after) = chain(&heard("installation-heard", noise, &|p| Some(growth(p))));
+    let numbers: Vec<(usize, f64, f64, f64)> = (0..POINTS.len())
+        .flat_map(|p| {
+            let slope = pressure(growth(p))[1];
+            let heard = [slope.re, slope.im].map(|by| (p, by, growth(p), HEARD_SD));
+            [(p, 1.0, POINTS[p].3, POINTS[p].4)].into_iter().chain(heard)
+        })
+        .collect();
+    let (joint, wanted) = of_numbers(&numbers, &by_k, &|a, b| POINTS[a].1 == POINTS[b].1);
+    // Pressures bend a little with the growth rate.
+    assert!((sum - joint).abs() < 0.05, "{sum} {joint}");
+    for k in 0..2 {
+        let ([value, sd], [there, width]) = (after[k], wanted[k]);
+        assert!(
+            (value - there).abs() < 0.05 * width && (sd / width).ln().abs() < 0.02,
+            "{after:?} {wanted:?}"
+        );
+    }
+    // Draws of its own for every pressure would make the noise of the means too small.
+    let own = of_numbers(&numbers, &by_k, &|a, b| a == b);
+    assert!((own.0 - joint).abs() > 0.5, "{own:?} {joint}");
 }
 
 /// Three stages of a tube, whose length the temperature stands for, which was read once a day with an error:
