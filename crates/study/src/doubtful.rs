@@ -3,7 +3,7 @@
 use crate::law::Effect;
 use crate::names::{MACH, MASS_FLUX, VELOCITY};
 use crate::plan::Base;
-use crate::{Candidate, DuctAt, Point, RigAtPoint, Shape, Study, StudyProblem};
+use crate::{Candidate, DuctAt, Factor, Point, RigAtPoint, Shape, Study, StudyProblem};
 use rijke_inference::Parameter;
 use rijke_numerics::slips::{
     COLD, PRANDTL, PRESSURE, VISCOSITY, is_light, is_too_late, is_too_long, is_too_wide,
@@ -18,6 +18,8 @@ pub(crate) const LAID_OUT: f64 = 293.15;
 const ROOM: std::ops::RangeInclusive<f64> = 250.0..=330.0;
 /// 0 degrees Celsius, K.
 pub(crate) const ZERO: f64 = 273.15;
+/// Ambient temperatures nearer to 0 degrees Celsius than this may be those of factors, too, K.
+const NEAR_ZERO: f64 = 5.0;
 /// Most points that are named.
 const NAMED: usize = 5;
 /// Mach number from which waves feel the flow: frequencies by 4e-4, phases of a standing wave by 2 %.
@@ -28,7 +30,7 @@ const THIN: [&str; 3] = ["diameter", "radius", "thickness"];
 
 impl Study {
     /// Names of factors that are nearly reserved ones, points that no stage takes because they lack a factor,
-    /// ambient temperatures in degC whose number is that of a room in K, ducts so cold that degC were meant,
+    /// ambient temperatures in degC whose number is that of a room in K, differences in degC, ducts so cold that degC were meant,
     /// microphones or elements at one place, and sizes that no rig has: each in a sentence with file and
     /// remedy.
     #[must_use]
@@ -36,6 +38,7 @@ impl Study {
         let mut all = self.campaign.nearly_reserved();
         all.extend(self.without_factor());
         all.extend(self.rooms());
+        all.extend(self.differences());
         all.extend(self.cold());
         all.extend(self.no_gas());
         all.extend(self.sizes());
@@ -192,6 +195,28 @@ impl Study {
             self.campaign.file,
             few(&points, NAMED)
         ))
+    }
+
+    /// Factors of which 0 degrees Celsius are said where the rig is warm: differences of temperatures, most
+    /// often.
+    fn differences(&self) -> Vec<String> {
+        let campaign = &self.campaign;
+        let warm = |p: &&Point| p.ambient.is_none_or(|t| (t[0] - ZERO).abs() > NEAR_ZERO);
+        let of = |(k, factor): (usize, &Factor)| {
+            let is_temperature = (factor.shown.to_si(0.0) - ZERO).abs() < 1e-9;
+            let zero = |p: &&Point| (p.factors[k] - ZERO).abs() < 1e-9;
+            let points: Vec<&str> =
+                campaign.points.iter().filter(warm).filter(zero).map(|p| p.id.as_str()).collect();
+            (is_temperature && !points.is_empty()).then(|| {
+                format!(
+                    "{}: `{}` is 0 degC, which is {ZERO} K, at {}: if it is a difference of temperatures, write its unit as K",
+                    campaign.file,
+                    factor.name,
+                    few(&points, NAMED)
+                )
+            })
+        };
+        campaign.factors.iter().enumerate().filter_map(of).collect()
     }
 
     fn cold(&self) -> Option<String> {

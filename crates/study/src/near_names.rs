@@ -110,6 +110,12 @@ mod tests {
         assert!(cold.len() == 1 && cold[0].contains("temperature of `tube` is 20.0 K at a, b"), "{cold:?}");
         write("campaign.csv", "point,row,Q [W],T2 [degC]\na,cold,0,20\nb,hot,50,180\n");
         assert_eq!(said(), Vec::<String>::new());
+        write("campaign.csv", "point,row,Q [W],T2 [degC]\na,cold,0,0\nb,hot,50,180\n");
+        let difference = said();
+        assert!(
+            difference.len() == 1 && difference[0].contains("`T2` is 0 degC, which is 273.15 K, at a"),
+            "{difference:?}"
+        );
         write("campaign.csv", "point,row,Q [W]\na,cold,0\nb,hot,50\n");
         write("rig.toml", &rig("44", "[0.1, 0.103]"));
         let sizes = said();

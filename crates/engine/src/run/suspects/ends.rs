@@ -25,31 +25,24 @@ impl Reflected {
 
 /// What is said of ends that feed the modes.
 pub(in crate::run) fn feeding(all: impl Iterator<Item = Reflected>) -> Vec<String> {
-    let mut largest: [Option<(f64, f64, f64)>; 2] = [None; 2];
-    for reflected in all {
-        for (end, most) in largest.iter_mut().enumerate() {
-            let Some(modulus) = reflected.moduli[end] else { continue };
-            let passive = reflected.passive(end);
-            let over = modulus / passive;
-            if over > most.map_or(PASSIVE, |(modulus, _, passive)| modulus / passive) {
-                *most = Some((modulus, reflected.omega, passive));
-            }
-        }
-    }
-    let said = |(end, (modulus, omega, passive)): (&str, (f64, f64, f64))| {
+    let all: Vec<Reflected> = all.collect();
+    let said = |(end, name): (usize, &str)| {
+        let over = |r: &Reflected| Some(r.moduli[end]? / r.passive(end)).filter(|over| *over > PASSIVE);
+        let feeds = all.iter().filter_map(|r| Some((over(r)?, r)));
+        let (_, most) = feeds.max_by(|a, b| a.0.total_cmp(&b.0))?;
+        let (modulus, passive) = (most.moduli[end]?, most.passive(end));
         let limit = if passive > 1.0 {
             format!("{passive:.3}, the largest of a passive end in this flow")
         } else {
             "1".into()
         };
-        format!(
-            "|R| of the {end} end is {modulus:.3} at {:.1} Hz, above {limit}: this end feeds the modes, as no passive end does; a term that drives them is missing, \
+        Some(format!(
+            "|R| of the {name} end is {modulus:.3} at {:.1} Hz, above {limit}: this end feeds the modes, as no passive end does; a term that drives them is missing, \
              or growth rates have the wrong sign",
-            hertz(omega)
-        )
+            hertz(most.omega)
+        ))
     };
-    let feeds = ["upstream", "downstream"].into_iter().zip(largest);
-    feeds.filter_map(|(end, most)| Some((end, most?))).map(said).collect()
+    ["upstream", "downstream"].into_iter().enumerate().filter_map(said).collect()
 }
 
 #[cfg(test)]
