@@ -30,9 +30,9 @@ const THIN: [&str; 3] = ["diameter", "radius", "thickness"];
 
 impl Study {
     /// Names of factors that are nearly reserved ones, points that no stage takes because they lack a factor,
-    /// ambient temperatures in degC whose number is that of a room in K, differences in degC, ducts so cold that degC were meant,
-    /// microphones or elements at one place, and sizes that no rig has: each in a sentence with file and
-    /// remedy.
+    /// ambient temperatures in degC whose number is that of a room in K, differences in degC, ducts so cold
+    /// that degC were meant, microphones or elements at one place, and sizes that no rig has: each in a
+    /// sentence with file and remedy.
     #[must_use]
     pub fn doubtful(&self) -> Vec<String> {
         let mut all = self.campaign.nearly_reserved();
