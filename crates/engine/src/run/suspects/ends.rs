@@ -29,7 +29,8 @@ pub(in crate::run) fn feeding(all: impl Iterator<Item = Reflected>) -> Vec<Strin
     let said = |(end, name): (usize, &str)| {
         let over = |r: &Reflected| Some(r.moduli[end]? / r.passive(end)).filter(|over| *over > PASSIVE);
         let feeds = all.iter().filter_map(|r| Some((over(r)?, r)));
-        let (_, most) = feeds.max_by(|a, b| a.0.total_cmp(&b.0))?;
+        // The first of equal ones.
+        let (_, most) = feeds.reduce(|a, b| if b.0 > a.0 { b } else { a })?;
         let (modulus, passive) = (most.moduli[end]?, most.passive(end));
         let limit = if passive > 1.0 {
             format!("{passive:.3}, the largest of a passive end in this flow")
