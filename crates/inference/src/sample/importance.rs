@@ -43,19 +43,9 @@ impl Importance {
     /// effect.
     #[must_use]
     pub fn good(&self) -> bool {
-        self.k_hat <= self.k_limit() || self.spread() < NEGLIGIBLE_SPREAD
-    }
-
-    /// Relative standard deviation of the weights.
-    fn spread(&self) -> f64 {
-        self.standard_error * (self.draws as f64).sqrt()
+        self.k_hat <= self.k_limit() || self.standard_error * (self.draws as f64).sqrt() < NEGLIGIBLE_SPREAD
     }
 }
-
-/// Relative standard deviation of weights whose tail is looked at with [`MORE`] times as many draws before it
-/// is called heavy: of a few hundred draws its shape is known to 0.2 only.
-const SMALL_SPREAD: f64 = 0.2;
-const MORE: usize = 4;
 
 /// Draws after which the weights are looked at for the first time.
 const FIRST_LOOK: usize = 128;
@@ -63,8 +53,7 @@ const FIRST_LOOK: usize = 128;
 const ENOUGH: f64 = 0.02;
 
 /// Weighs points of `proposal` by exp(-J) over the proposal density: 128 of them, and twice as many until the
-/// weights are good and the standard error is below 0.02 nats, or there are `draws`; four times as many where
-/// nothing but the shape of the tail of weights that hardly differ is not good.
+/// weights are good and the standard error is below 0.02 nats, or there are `draws`.
 ///
 /// Cost: as many values of the objective, in parallel; each draw has its own stream, so threads do not
 /// matter.
@@ -96,11 +85,10 @@ pub(crate) fn weighed(
             .in_order::<Result<_, _>>()?;
         ln_weights.extend(more);
         let found = verdict(&ln_weights);
-        let most = if !found.good() && found.spread() < SMALL_SPREAD { MORE * draws } else { draws };
-        if wanted >= most || (found.good() && found.standard_error < ENOUGH) {
+        if wanted == draws || (found.good() && found.standard_error < ENOUGH) {
             return Ok(found);
         }
-        wanted = most.min(2 * wanted);
+        wanted = draws.min(2 * wanted);
     }
 }
 
