@@ -26,7 +26,7 @@ pub(crate) struct Blocks<'a> {
 }
 
 /// Most numbers of points that share a cause of error in one block, and most where pressures tell what varies
-/// from installation to installation: a covariance of so many takes a twentieth of a second.
+/// from installation to installation: a fit inverts the covariance of a block at every step.
 const TOGETHER: usize = 64;
 const TOGETHER_WHERE_ENDS_VARY: usize = 400;
 
