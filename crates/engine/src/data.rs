@@ -30,8 +30,8 @@ pub(crate) struct Blocks<'a> {
 const TOGETHER: usize = 64;
 const TOGETHER_WHERE_ENDS_VARY: usize = 400;
 
-/// The variance of a parameter that varies over that with which the pressures of points tell of it, from
-/// which on they must not count as draws of their own.
+/// A ratio of variances: that of a parameter between installations over the one with which pressures alone
+/// determine it. From this ratio on, pressures must not count as draws of their own.
 const TOLD: f64 = 0.1;
 
 /// Whether all that was measured at points that share causes of error is one block of data: where errors of
@@ -247,8 +247,8 @@ impl Blocks<'_> {
         let name = errors.together(same).iter().find_map(apart)?;
         Some(format!(
             "`{name}` varies from installation to installation, and more than {TOGETHER_WHERE_ENDS_VARY} numbers share the errors of one: the \
-             pressures of each of these modes count as if `{name}` were drawn anew for them, so that its standard deviation and the evidence are too \
-             sure; use fewer `microphones` in this stage, or fewer points that share a day"
+             pressures of each of these modes count as if `{name}` were drawn anew for them, so that its standard deviation is too small and the evidence is \
+             wrong; use fewer `microphones` in this stage, or fewer points that share a day"
         ))
     }
 

@@ -18,7 +18,7 @@ pub(crate) const LAID_OUT: f64 = 293.15;
 const ROOM: std::ops::RangeInclusive<f64> = 250.0..=330.0;
 /// 0 degrees Celsius, K.
 pub(crate) const ZERO: f64 = 273.15;
-/// Ambient temperatures nearer to 0 degrees Celsius than this may be those of factors, too, K.
+/// Where the ambient temperature is nearer to 0 degrees Celsius than this, a factor may be so, too, K.
 const NEAR_ZERO: f64 = 5.0;
 /// Most points that are named.
 const NAMED: usize = 5;
@@ -197,8 +197,8 @@ impl Study {
         ))
     }
 
-    /// Factors of which 0 degrees Celsius are said where the rig is warm: differences of temperatures, most
-    /// often.
+    /// Factors that are 0 degrees Celsius at points where the rig is warm. Most often they are differences of
+    /// temperatures.
     fn differences(&self) -> Vec<String> {
         let campaign = &self.campaign;
         let warm = |p: &&Point| p.ambient.is_none_or(|t| (t[0] - ZERO).abs() > NEAR_ZERO);

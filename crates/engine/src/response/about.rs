@@ -256,7 +256,7 @@ impl ResponseTraining<'_> {
         }
         Err(EngineError::Unsettled {
             what: format!(
-                "the stated errors of factors or temperatures are too large to be expanded in: after {FITS} fits the parameters still \
+                "the stated errors of factors or temperatures are so large that the fit does not settle: after {FITS} fits the parameters still \
                  move by {last:.2} standard deviations; make what is in error an unknown of the rig (`\"thickness + $off\"`)"
             ),
         })

@@ -44,11 +44,14 @@ type Again<'a> = dyn Fn(usize, &TwoPart, &[Vec<C64>]) -> Result<(ResponseModelRe
 pub(super) fn ways(whats: &[ResponseKind]) -> &'static [Grows] {
     let is_quotient = |what: &ResponseKind| matches!(what, ResponseKind::Transfer { .. });
     let is_pressure = |what: &ResponseKind| matches!(what, ResponseKind::Pressure { .. });
-    match whats {
-        _ if whats.iter().all(is_quotient) => &[Grows::AsModulus, Grows::AsQuotient],
-        _ if whats.iter().all(is_pressure) => &[Grows::AsInverse],
-        _ if whats.iter().any(is_pressure) => &[],
-        _ => &[Grows::AsModulus],
+    if whats.iter().all(is_quotient) {
+        &[Grows::AsModulus, Grows::AsQuotient]
+    } else if whats.iter().all(is_pressure) {
+        &[Grows::AsInverse]
+    } else if whats.iter().any(is_pressure) {
+        &[]
+    } else {
+        &[Grows::AsModulus]
     }
 }
 
