@@ -242,5 +242,20 @@ pub fn interpolate(places: &[f64], values: &[f64], x: f64) -> f64 {
 /// The scalar product; of two lengths, over the shorter one.
 #[must_use]
 pub fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(x, y)| x * y).sum()
+    let n = a.len().min(b.len());
+    let ((a, rest), (b, other)) = (a[..n].as_chunks::<LANES>(), b[..n].as_chunks::<LANES>());
+    let tail = rest.iter().zip(other).map(|(x, y)| x * y).sum::<f64>();
+    if a.is_empty() {
+        return tail;
+    }
+    let mut sums = [0.0; LANES];
+    for (a, b) in a.iter().zip(b) {
+        for k in 0..LANES {
+            sums[k] += a[k] * b[k];
+        }
+    }
+    sums.iter().sum::<f64>() + tail
 }
+
+/// Sums that are independent of each other: one alone waits for its last addition.
+const LANES: usize = 8;

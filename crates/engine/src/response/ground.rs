@@ -93,6 +93,8 @@ pub(super) struct Learned {
     /// The share of the variance of every number that the fit left to its residual, load after load; empty
     /// where no noise is asked for.
     pub(super) left: Vec<f64>,
+    /// The share of the data that the residuals are, where they are small but no noise.
+    pub(super) nearly_right: Option<f64>,
 }
 
 fn all() -> f64 {

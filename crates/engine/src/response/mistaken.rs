@@ -1,11 +1,16 @@
 //! Data that a model fits far better once a common mistake is undone: another sign of time, a sign or a ratio
 //! turned, or the labels of two microphones exchanged.
 
+use super::ground::Learned;
 use super::head::Rest;
 use super::measured::Measured;
-use super::residual::{POOR, left};
+use super::record::ResponseModelRecord;
+use super::residual::left;
 use super::select::Selected;
+use super::stage::ResponseRun;
 use super::train::ResponseTraining;
+use crate::EngineError;
+use crate::rows::Row;
 use rijke_numerics::C64;
 use rijke_study::responses::{ResponseKind, ResponseStage};
 
@@ -29,12 +34,9 @@ pub(super) fn mistaken(
     training: &ResponseTraining<'_>,
     data: &Selected,
     names: &[String],
-    [here, poor]: [f64; 2],
+    at: [f64; 2],
 ) -> Option<String> {
-    let turned = each(data, |_| true, C64::conj);
-    let said = "the complex conjugates of these data have GAIN nats more: rijke takes numbers that vary as exp(i omega t); if these are for \
-                exp(-i omega t), turn the signs of the phases or of the imaginary parts";
-    let mut all: Vec<Undone> = vec![(turned, 0.0, said.to_owned())];
+    let mut all = vec![conjugated(data)];
     let heard = microphones(&data.whats);
     // Of two microphones nobody knows which one is turned, and exchanging them inverts their ratio.
     let two = heard.len() == 2;
@@ -67,11 +69,46 @@ pub(super) fn mistaken(
         );
         all.extend(exchanged(data, pair).map(|(exchanged, ln_scale)| (exchanged, ln_scale, said)));
     }
-    // A model that is nearly right may be so because a flow has turned its direction; other mistakes leave
-    // more.
-    if poor <= POOR {
-        all.truncate(1);
+    best_undone(training, all, at)
+}
+
+impl ResponseRun {
+    /// Whether the data may be those of the other sign of time, in a sentence, by a trained model that is
+    /// nearly right: it may be so because a flow has turned its direction. Other mistakes leave more.
+    pub(super) fn turned_time(
+        &self,
+        stage: &ResponseStage,
+        row: &Row,
+        data: &Selected,
+        (record, learned): (&ResponseModelRecord, &Learned),
+    ) -> Result<Option<String>, EngineError> {
+        let Some(share) = learned.nearly_right else { return Ok(None) };
+        let (assembly, errors) = self.assembled(stage, row)?;
+        let mut responses = self.models(stage, &assembly, data)?;
+        if !responses.errors.is_none() {
+            responses = self.about(&assembly, data, &responses, &learned.known.mean)?;
+        }
+        let training = ResponseTraining {
+            responses: &responses,
+            measured: &data.measured,
+            errors: &errors,
+            parameters: &self.parameters(stage, &assembly, &responses)?,
+            stage,
+            starts: &[],
+        };
+        Ok(best_undone(&training, vec![conjugated(data)], [record.ln_evidence(), share]))
     }
+}
+
+/// The data with the other sign of time.
+fn conjugated(data: &Selected) -> Undone {
+    let said = "the complex conjugates of these data have GAIN nats more: rijke takes numbers that vary as exp(i omega t); if these are for \
+                exp(-i omega t), turn the signs of the phases or of the imaginary parts";
+    (each(data, |_| true, C64::conj), 0.0, said.to_owned())
+}
+
+/// The best of the mistakes, if the data have far more evidence without it.
+fn best_undone(training: &ResponseTraining<'_>, all: Vec<Undone>, [here, poor]: [f64; 2]) -> Option<String> {
     let stage = ResponseStage { checked: false, ..training.stage.clone() };
     let kernel = stage.misfit.as_ref().map(|m| m.kernel);
     let gain = |(measured, ln_scale, said): Undone| {

@@ -76,19 +76,19 @@ pub(super) fn with_the_noise_asked_for(
             heard_by(model).unwrap_or_else(|| measured.iter().map(|m| m.values.clone()).collect())
         };
         // Of the model that asks alone: with the noise that suits its residuals these are others.
-        let (mut by_itself, mut start_of_it) = (None, start(&models[by]));
+        let mut start_of_it = start(&models[by]);
         for _ in 0..ROUNDS {
             let (model, learned) = again(by, &noise, &start_of_it)?;
+            // What is left is no noise this way either.
+            if !is_noise && correlates_by(&model, measured, &noise) {
+                return Ok((models, found));
+            }
             let (other, gain) = better((measured, ways), (&model, &learned), &noise);
             start_of_it = heard_by(&model).unwrap_or(start_of_it);
-            by_itself = Some(model);
             if gain < TwoPart::SETTLED {
                 break;
             }
             noise = other;
-        }
-        if !is_noise && by_itself.is_none_or(|model| correlates_by(&model, measured, &noise)) {
-            return Ok((models, found));
         }
         let one = |k: usize| again(k, &noise, &start(&models[k]));
         let next: Trained =

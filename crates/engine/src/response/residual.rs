@@ -170,6 +170,11 @@ impl Left {
         floats && self.share > UNDESCRIBED && self.neighbours_sds <= NOT_NOISE && !stated
     }
 
+    /// The share of the data that the residuals are, where they are small but no noise.
+    pub(super) fn nearly_right(&self) -> Option<f64> {
+        (self.share <= POOR && self.neighbours_sds > NOT_NOISE).then_some(self.share)
+    }
+
     /// What the residuals say of the model, a sentence each; `mistaken` says what the data may be instead,
     /// and is asked where the model is far from them.
     pub(super) fn remarks(
@@ -208,7 +213,7 @@ impl Left {
         } else {
             remarks.extend(stray(measured, &self.distances));
         }
-        if self.share > POOR || self.neighbours_sds > NOT_NOISE {
+        if self.share > POOR {
             remarks.extend(mistaken());
         }
         if self.is_covered(stage) {

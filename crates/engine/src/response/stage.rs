@@ -96,7 +96,7 @@ impl ResponseRun {
         let again = |k: usize, noise: &TwoPart, heard: &[Vec<C64>]| {
             self.row(&stage, &rows[k], &data, Some((noise, heard)))
         };
-        let (models, found) =
+        let (mut models, found) =
             with_the_noise_asked_for(&stage, (&data.measured, ways(&data.whats)), trained, &again)?;
         let best = (0..models.len())
             .filter(|k| found[*k].is_some())
@@ -106,6 +106,11 @@ impl ResponseRun {
             return Err(EngineError::NoWinner { stage: stage.id, remark });
         };
         if let Some(learned) = &found[best] {
+            // Of the best model alone: it is a matter of the data.
+            if let Some(said) = self.turned_time(&stage, &rows[best], &data, (&models[best], learned))? {
+                let before = models[best].remark.iter().cloned();
+                models[best].remark = Some(before.chain([said]).collect::<Vec<_>>().join("\n"));
+            }
             let (choice, known, causes) =
                 (rows[best].choice.clone(), learned.known.clone(), learned.causes.clone());
             self.known.insert(stage.id.clone(), Before { choice, known, causes });
@@ -241,9 +246,10 @@ impl ResponseRun {
         let law = law_error(&self.study, &row.choice, &responses.loads, measured, &fit.noise);
         let causes = responses.errors.causes.clone();
         let undescribed = left.undescribed(stage);
+        let nearly_right = left.nearly_right();
         let left = left_by_the_fit(&training, &found)?;
         let (share, beside) = (found.share, found.beside);
-        Ok((record, Some(Learned { known, causes, share, beside, law, undescribed, left })))
+        Ok((record, Some(Learned { known, causes, share, beside, law, undescribed, left, nearly_right })))
     }
 
     /// Names of what earlier stages tell.
@@ -264,7 +270,7 @@ impl ResponseRun {
         Ok((Assembly::new(Arc::new(self.study.rig.clone()), candidates, &stage.hold)?, errors))
     }
 
-    fn parameters(
+    pub(super) fn parameters(
         &self,
         stage: &ResponseStage,
         assembly: &Assembly,

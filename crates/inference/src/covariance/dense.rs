@@ -1,6 +1,7 @@
 //! Likelihood of a block whose covariance is a dense matrix.
 
 use super::block::{Block, Likelihood, add_symmetric};
+use crate::problem::Acting;
 use rijke_numerics::dot;
 use rijke_numerics::{Cholesky, Matrix, Order};
 use std::f64::consts::PI;
@@ -62,29 +63,20 @@ impl Likelihood<'_> {
     ) {
         let p = self.parameters;
         let inverse = factor.inverse();
-        let mut acting = Vec::new();
+        let mut floating = Vec::new();
         for (c, &g) in self.floating.iter().enumerate() {
-            for (_, s) in self.observation.noise.iter().filter(|(h, _)| *h == g) {
-                let (relative, turned) = match order {
-                    Order::Second => {
-                        let relative = structure_times(s, &inverse);
-                        let turned = relative.transpose();
-                        (relative, turned)
-                    }
-                    _ => Default::default(),
-                };
-                acting.push(Acting {
+            for noise in self.acting.iter().filter(|noise| noise.group == g) {
+                floating.push(Floating {
+                    noise,
                     coordinate: p + c,
                     variance: self.sds[g] * self.sds[g],
-                    pull: s.times(alpha),
-                    // Both are symmetric.
-                    trace: dot(s.as_slice(), inverse.as_slice()),
-                    relative,
-                    turned,
+                    pull: noise.times(alpha),
+                    trace: noise.trace_with(&inverse),
+                    rows: (order == Order::Second).then(|| noise.rows_times(&inverse)).unwrap_or_default(),
                 });
             }
         }
-        for (k, a) in acting.iter().enumerate() {
+        for (k, a) in floating.iter().enumerate() {
             let (c, t) = (a.coordinate, a.variance);
             let slope = 0.5 * (a.trace - dot(&a.pull, alpha));
             // d/d ln sd = 2 t d/dt, and once more for the second derivative.
@@ -97,8 +89,8 @@ impl Likelihood<'_> {
             for (i, column) in columns.iter().enumerate() {
                 add_symmetric(&mut block.gauss_newton, c, i, -2.0 * t * dot(column, &pull_white));
             }
-            for (l, b) in acting[..=k].iter().enumerate() {
-                let trace = dot(a.relative.as_slice(), b.turned.as_slice());
+            for (l, b) in floating[..=k].iter().enumerate() {
+                let trace = a.noise.trace_of_product(&a.rows, b.noise, &b.rows);
                 let bend = 4.0 * t * b.variance * (dot(&pull_white, &b.pull) - 0.5 * trace);
                 block.gauss_newton[(c, b.coordinate)] += bend;
                 if l < k {
@@ -109,35 +101,13 @@ impl Likelihood<'_> {
     }
 }
 
-/// A floating noise on this block: its coordinate, t = sd^2, S a, tr C^-1 S, and, to second order, S C^-1 and
-/// its transpose C^-1 S.
-struct Acting {
+/// A floating noise on this block: its coordinate, t = sd^2, S a, tr C^-1 S, and, to second order, the rows of
+/// S C^-1 that are not zero.
+struct Floating<'a> {
+    noise: &'a Acting,
     coordinate: usize,
     variance: f64,
     pull: Vec<f64>,
     trace: f64,
-    relative: Matrix,
-    turned: Matrix,
+    rows: Matrix,
 }
-
-/// `structure` of a noise times `right`: by the entries that are not zero where these are few, as of a noise
-/// of every datum by itself, and by blocks where they are many, as of an error that microphones share.
-fn structure_times(structure: &Matrix, right: &Matrix) -> Matrix {
-    let n = structure.rows();
-    let entries = structure.as_slice().iter().filter(|s| **s != 0.0).count();
-    if FEW * entries > n * n {
-        return structure.large_product(right);
-    }
-    let mut product = Matrix::zeros(n, n);
-    for (i, to) in product.as_mut_slice().chunks_exact_mut(n).enumerate() {
-        for (k, &s) in structure.row(i).iter().enumerate().filter(|(_, s)| **s != 0.0) {
-            for (to, r) in to.iter_mut().zip(right.row(k)) {
-                *to += s * r;
-            }
-        }
-    }
-    product
-}
-
-/// Of so many entries one at most is not zero in a structure that counts as sparse.
-const FEW: usize = 4;

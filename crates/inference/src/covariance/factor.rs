@@ -4,7 +4,7 @@ use super::block::{Block, Likelihood};
 use super::kernelled::KernelFactor;
 use super::woodbury::Woodbury;
 use crate::error::InferenceError;
-use crate::problem::Observation;
+use crate::problem::Data;
 use rijke_numerics::{Cholesky, Order};
 
 /// The factor of one block's covariance.
@@ -15,14 +15,15 @@ pub(crate) enum Factor {
 }
 
 impl Factor {
-    /// Of `observation`, with the standard deviations `sds` of the groups of noise.
-    pub(crate) fn new(observation: &Observation, sds: &[f64]) -> Result<Self, InferenceError> {
+    /// Of block `k` of the data, with the standard deviations `sds` of the groups of noise.
+    pub(crate) fn new(data: &Data, k: usize, sds: &[f64]) -> Result<Self, InferenceError> {
+        let observation = &data.observations()[k];
         let factor = match &observation.structured {
             Some(structured) => match &structured.kernelled {
                 Some(k) => KernelFactor::new(structured, k, sds).map(Box::new).map(Self::Kernelled),
                 None => Woodbury::new(structured, sds).map(Self::Structured),
             },
-            None => Cholesky::new(&observation.covariance(sds)).map(Self::Dense),
+            None => Cholesky::new(&data.covariance(k, sds)).map(Self::Dense),
         };
         factor.map_err(|source| InferenceError::SingularCovariance {
             observation: observation.label.clone(),

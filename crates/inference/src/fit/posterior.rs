@@ -121,7 +121,7 @@ impl<'a> Posterior<'a> {
     /// If there is no block `k`, or `sds` has fewer numbers than there are groups.
     #[must_use]
     pub fn covariance(&self, k: usize, sds: &[f64]) -> Matrix {
-        self.data.observations()[k].covariance(sds)
+        self.data.covariance(k, sds)
     }
 
     /// Calls the model, unless it was called for the same a moment ago, and checks the sizes of what it
@@ -228,12 +228,13 @@ impl<'a> Posterior<'a> {
             let factor = match known {
                 Some(factors) => &factors[k],
                 None => {
-                    fresh = Factor::new(&self.data.observations()[k], sds)?;
+                    fresh = Factor::new(self.data, k, sds)?;
                     &fresh
                 }
             };
             let likelihood = Likelihood {
                 observation: &self.data.observations()[k],
+                acting: self.data.acting(k),
                 first: self.firsts[k],
                 prediction,
                 parameters: p,
@@ -280,7 +281,7 @@ impl<'a> Posterior<'a> {
     /// The factors of all covariances with the noise at `z`.
     pub(crate) fn factors(&self, z: &[f64]) -> Result<Vec<Factor>, InferenceError> {
         let sds = self.noise_sd(z);
-        self.data.observations().iter().map(|o| Factor::new(o, &sds)).collect()
+        (0..self.data.observations().len()).map(|k| Factor::new(self.data, k, &sds)).collect()
     }
 
     /// J with derivatives; see [`Posterior::parts_with`].

@@ -1,5 +1,6 @@
 //! What was measured, and what is known of its noise.
 
+use super::acting::Acting;
 use super::prior::Prior;
 use super::scale;
 use super::structured::Structured;
@@ -16,6 +17,8 @@ use serde::{Deserialize, Serialize};
 pub struct Data {
     observations: Vec<Observation>,
     groups: Vec<NoiseGroup>,
+    /// The noises of each block, in the order of [`Observation::noise`].
+    acting: Vec<Vec<Acting>>,
 }
 
 /// One block of data, say the growth rate, frequency and relative pressures of one operating point.
@@ -125,16 +128,6 @@ impl Observation {
         self.with_noise(group, Matrix::diagonal(&ones))
     }
 
-    /// Its covariance with the standard deviations `sds` of the groups, as a dense matrix.
-    pub(crate) fn covariance(&self, sds: &[f64]) -> Matrix {
-        if let Some(structured) = &self.structured {
-            return structured.dense(sds);
-        }
-        let n = self.values.len();
-        let floor = self.floor.clone().unwrap_or_else(|| Matrix::zeros(n, n));
-        self.noise.iter().fold(floor, |sum, (g, s)| sum.plus(sds[*g] * sds[*g], s))
-    }
-
     fn validate(&self, groups: usize) -> Result<(), InferenceError> {
         let bad = |problem: String| {
             Err(InferenceError::BadObservation { observation: self.label.clone(), problem })
@@ -220,7 +213,28 @@ impl Data {
         for observation in &observations {
             observation.validate(groups.len())?;
         }
-        Ok(Self { observations, groups })
+        let of = |o: &Observation| o.noise.iter().map(|(g, s)| Acting::new(*g, s)).collect();
+        let acting = observations.iter().map(of).collect();
+        Ok(Self { observations, groups, acting })
+    }
+
+    /// The noises of block `k`.
+    pub(crate) fn acting(&self, k: usize) -> &[Acting] {
+        &self.acting[k]
+    }
+
+    /// The covariance of block `k` with the standard deviations `sds` of the groups, as a dense matrix.
+    pub(crate) fn covariance(&self, k: usize, sds: &[f64]) -> Matrix {
+        let observation = &self.observations[k];
+        if let Some(structured) = &observation.structured {
+            return structured.dense(sds);
+        }
+        let n = observation.values.len();
+        let mut sum = observation.floor.clone().unwrap_or_else(|| Matrix::zeros(n, n));
+        for acting in &self.acting[k] {
+            acting.add_to(&mut sum, sds[acting.group].powi(2));
+        }
+        sum
     }
 
     /// The blocks.

@@ -87,6 +87,39 @@ fn oracle_value_and_slopes_against_the_dense_covariance() {
     }
 }
 
+/// The same noises once as a diagonal and columns, and once as matrices of which one acts on all data, one on
+/// few, and one along two directions.
+#[test]
+fn oracle_noises_of_a_dense_block_act_as_columns_do() {
+    let n = 2 * TIMES;
+    let (structured, groups) = structure();
+    let (model, parameters) = (ringing_model(), unknowns());
+    let observation = Observation::new("s", values()).with_structure(structured);
+    let by_columns = Data::new(vec![observation], groups.clone()).unwrap();
+    let by_columns = Posterior::new(&model, &by_columns, &parameters).unwrap();
+    let x = numbers("u3", n);
+    let source = complex_columns(&[(0..TIMES).map(|k| C64::new(x[2 * k], x[2 * k + 1])).collect()]);
+    let diagonal = |of: &dyn Fn(usize) -> f64| Matrix::diagonal(&(0..n).map(of).collect::<Vec<_>>());
+    let dense = Observation::new("d", values())
+        .with_floor(by_columns.covariance(0, &[0.0; 3]))
+        .with_noise(0, diagonal(&|i| 1.0 + 0.1 * (i % 4) as f64))
+        .with_noise(1, diagonal(&|i| f64::from(u8::from(i.is_multiple_of(3)))))
+        .with_noise(2, source.product(&source.transpose()));
+    let dense = Data::new(vec![dense], groups).unwrap();
+    let dense = Posterior::new(&model, &dense, &parameters).unwrap();
+    let z = [1.25, 0.45, 2.05, -2.5, -3.2, -0.7];
+    let found = dense.evaluate(&z, Order::Second).unwrap();
+    let expected = by_columns.evaluate(&z, Order::Second).unwrap();
+    assert_relative_eq!(found.value, expected.value, max_relative = 1e-10);
+    for i in 0..6 {
+        assert_relative_eq!(found.gradient[i], expected.gradient[i], max_relative = 1e-8, epsilon = 1e-8);
+        for j in 0..6 {
+            let (found, expected) = (found.hessian[(i, j)], expected.hessian[(i, j)]);
+            assert_relative_eq!(found, expected, max_relative = 1e-7, epsilon = 1e-7);
+        }
+    }
+}
+
 #[test]
 fn order_sizes_have_their_derivatives() {
     let (structured, groups) = structure();
