@@ -179,6 +179,15 @@ pub enum StudyProblem {
         /// The public source.
         obtain: String,
     },
+    /// A mode of a point in two rows.
+    #[error(
+        "`{name}` has a second row: of repeats give one row with their mean and its standard deviation, or make each a point of the campaign \
+         with the same factors; delete a copy"
+    )]
+    SecondRow {
+        /// The operating point and the label of the mode.
+        name: String,
+    },
     /// Two things of one name.
     #[error("a second {what} is called `{name}`; every name must be different")]
     Duplicate {

@@ -145,12 +145,11 @@ pub(crate) fn parse(
         if modes.iter().any(|(_, m)| m.point == mode.point && m.label == mode.label) {
             let id = campaign.points[mode.point].id.clone();
             if mode.label.is_empty() {
-                let need =
-                    "the point has several rows: give each a label in the column `mode`, or delete the copy";
+                let need = "the point has several rows: give each a label in the column `mode`; of repeats give one row with their mean and its standard deviation; delete a copy";
                 return Err(fail(StudyProblem::Missing { key: format!("mode of {id}"), need }));
             }
             let name = format!("{id}, mode {}", mode.label);
-            return Err(fail(StudyProblem::Duplicate { what: "row (operating point and mode)", name }));
+            return Err(fail(StudyProblem::SecondRow { name }));
         }
         modes.push((line, mode));
     }

@@ -1,16 +1,11 @@
 //! Data that a model fits far better once a common mistake is undone: another sign of time, a sign or a ratio
 //! turned, or the labels of two microphones exchanged.
 
-use super::ground::Learned;
 use super::head::Rest;
 use super::measured::Measured;
-use super::record::ResponseModelRecord;
 use super::residual::left;
 use super::select::Selected;
-use super::stage::ResponseRun;
 use super::train::ResponseTraining;
-use crate::EngineError;
-use crate::rows::Row;
 use rijke_numerics::C64;
 use rijke_study::responses::{ResponseKind, ResponseStage};
 
@@ -25,7 +20,7 @@ const MOST: usize = 8;
 
 /// The data without a mistake, ln of the volume that these numbers take for each of the volume of those, and
 /// the mistake in a sentence.
-type Undone = (Vec<Measured>, f64, String);
+pub(super) type Undone = (Vec<Measured>, f64, String);
 
 /// The mistake without which the data have most evidence, if by far more than `here`, and a model then
 /// leaves far less of them than the share `poor`, in a sentence. A model that cannot be fitted without one
@@ -72,43 +67,19 @@ pub(super) fn mistaken(
     best_undone(training, all, at)
 }
 
-impl ResponseRun {
-    /// Whether the data may be those of the other sign of time, in a sentence, by a trained model that is
-    /// nearly right: it may be so because a flow has turned its direction. Other mistakes leave more.
-    pub(super) fn turned_time(
-        &self,
-        stage: &ResponseStage,
-        row: &Row,
-        data: &Selected,
-        (record, learned): (&ResponseModelRecord, &Learned),
-    ) -> Result<Option<String>, EngineError> {
-        let Some(share) = learned.nearly_right else { return Ok(None) };
-        let (assembly, errors) = self.assembled(stage, row)?;
-        let mut responses = self.models(stage, &assembly, data)?;
-        if !responses.errors.is_none() {
-            responses = self.about(&assembly, data, &responses, &learned.known.mean)?;
-        }
-        let training = ResponseTraining {
-            responses: &responses,
-            measured: &data.measured,
-            errors: &errors,
-            parameters: &self.parameters(stage, &assembly, &responses)?,
-            stage,
-            starts: &[],
-        };
-        Ok(best_undone(&training, vec![conjugated(data)], [record.ln_evidence(), share]))
-    }
-}
-
 /// The data with the other sign of time.
-fn conjugated(data: &Selected) -> Undone {
+pub(super) fn conjugated(data: &Selected) -> Undone {
     let said = "the complex conjugates of these data have GAIN nats more: rijke takes numbers that vary as exp(i omega t); if these are for \
                 exp(-i omega t), turn the signs of the phases or of the imaginary parts";
     (each(data, |_| true, C64::conj), 0.0, said.to_owned())
 }
 
 /// The best of the mistakes, if the data have far more evidence without it.
-fn best_undone(training: &ResponseTraining<'_>, all: Vec<Undone>, [here, poor]: [f64; 2]) -> Option<String> {
+pub(super) fn best_undone(
+    training: &ResponseTraining<'_>,
+    all: Vec<Undone>,
+    [here, poor]: [f64; 2],
+) -> Option<String> {
     let stage = ResponseStage { checked: false, ..training.stage.clone() };
     let kernel = stage.misfit.as_ref().map(|m| m.kernel);
     let gain = |(measured, ln_scale, said): Undone| {

@@ -23,6 +23,7 @@ mod sources;
 mod stage;
 mod stray;
 mod train;
+mod turned_time;
 mod untold;
 
 /// Groups of noise by name: of every number, in two parts where the data ask for them, of the model, and the

@@ -1,6 +1,6 @@
 //! What is said of a stage that trained on responses.
 
-use super::doubts::{far_from_prior, reasons};
+use super::doubts::{Remarks, far_from_prior, reasons};
 use crate::response::{IN_PROPORTION, NOISE, OF_ONE_SIZE, OF_QUOTIENT, ResponseStageRecord};
 use rijke_inference::NoiseEstimate;
 use rijke_numerics::Tell;
@@ -17,6 +17,7 @@ pub fn tell_responses(stage: &ResponseStageRecord, tell: &dyn Tell) {
     ));
     let models = stage.by_evidence();
     let best = models.first().map_or(0.0, |m| m.ln_evidence());
+    let mut remarks = Remarks::default();
     for model in &models {
         if model.evidence.is_none() {
             tell.say(format!("  no evidence     {}: {}", model.id, model.remark.as_deref().unwrap_or("")));
@@ -24,7 +25,7 @@ pub fn tell_responses(stage: &ResponseStageRecord, tell: &dyn Tell) {
         }
         tell.say(format!("  {:>9} nats  {}", fixed(model.ln_evidence() - best, 1), model.id));
         for remark in reasons(&model.remark) {
-            tell.say(format!("                  {remark}"));
+            tell.say(format!("                  {}", remarks.next(remark)));
         }
     }
     stage.behind_by_a_prior().iter().for_each(|said| tell.note(format!("warning: {said}")));

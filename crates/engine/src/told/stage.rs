@@ -1,6 +1,6 @@
 //! What is said of a stage that trained on modes, and of its gas.
 
-use super::doubts::{far_from_prior, not_identified};
+use super::doubts::{Remarks, far_from_prior, not_identified};
 use crate::run::{Asked, Missing, ModelRecord, StageRecord};
 use rijke_numerics::Tell;
 use rijke_numerics::words::{counted, fixed, quantity, rounded, to_digits, with_sd};
@@ -85,13 +85,14 @@ fn table(stage: &StageRecord) -> Vec<Line> {
     let models = stage.by_evidence();
     let best = models.first().map_or(0.0, |m| m.ln_evidence());
     let of_all = stage.remarks_of_all();
+    let mut remarks = Remarks::default();
     for model in models {
         let mark = if model.id == stage.chosen { "  <- goes on" } else { "" };
         if model.evidence.is_some() {
             let behind = fixed(model.ln_evidence() - best, 1);
             all.push(Line::Said(format!("  {behind:>9} nats  {}{mark}", model.id)));
             let own = model.remarks().filter(|line| !of_all.contains(line));
-            all.extend(own.map(|remark| Line::Said(format!("                  {remark}"))));
+            all.extend(own.map(|remark| Line::Said(format!("                  {}", remarks.next(remark)))));
         } else {
             let remark = model.remark.as_deref().unwrap_or("");
             all.push(Line::Said(format!("  no evidence     {}: {remark}", model.id)));

@@ -52,3 +52,12 @@ pub(crate) fn add_symmetric(matrix: &mut Matrix, i: usize, j: usize, value: f64)
         matrix[(j, i)] += value;
     }
 }
+
+/// Adds a matrix to the first rows and columns of another.
+pub(crate) fn add_corner(to: &mut Matrix, from: &Matrix) {
+    for i in 0..from.rows() {
+        for j in 0..from.columns() {
+            to[(i, j)] += from[(i, j)];
+        }
+    }
+}

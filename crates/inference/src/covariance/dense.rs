@@ -72,7 +72,7 @@ impl Likelihood<'_> {
                     variance: self.sds[g] * self.sds[g],
                     pull: noise.times(alpha),
                     trace: noise.trace_with(&inverse),
-                    rows: (order == Order::Second).then(|| noise.rows_times(&inverse)).unwrap_or_default(),
+                    rows: if order == Order::Second { noise.rows_times(&inverse) } else { Matrix::default() },
                 });
             }
         }
@@ -101,8 +101,8 @@ impl Likelihood<'_> {
     }
 }
 
-/// A floating noise on this block: its coordinate, t = sd^2, S a, tr C^-1 S, and, to second order, the rows of
-/// S C^-1 that are not zero.
+/// A floating noise on this block: its coordinate, t = sd^2, S a, tr C^-1 S, and, to second order, the rows
+/// of S C^-1 that are not zero.
 struct Floating<'a> {
     noise: &'a Acting,
     coordinate: usize,

@@ -9,5 +9,5 @@ mod factor;
 mod kernelled;
 mod woodbury;
 
-pub(crate) use block::{Block, Likelihood};
+pub(crate) use block::{Block, Likelihood, add_corner};
 pub(crate) use factor::{Factor, dense_enough};

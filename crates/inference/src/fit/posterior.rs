@@ -1,7 +1,7 @@
 //! The cost J of a model with data: minus ln P(D|a) P(a), with exact derivatives.
 
 use super::memory::Memory;
-use crate::covariance::{Block, Factor, Likelihood};
+use crate::covariance::{Block, Factor, Likelihood, add_corner};
 use crate::density::{Energy, Objective};
 use crate::error::InferenceError;
 use crate::problem::{Data, Forward, NoiseMode, Parameters, Prediction};
@@ -315,15 +315,8 @@ impl Parts {
         for (to, from) in self.gradient.iter_mut().zip(&block.gradient) {
             *to += from;
         }
-        for (to, from) in
-            [(&mut self.gauss_newton, &block.gauss_newton), (&mut self.curvature, &block.curvature)]
-        {
-            for i in 0..from.rows() {
-                for j in 0..from.columns() {
-                    to[(i, j)] += from[(i, j)];
-                }
-            }
-        }
+        add_corner(&mut self.gauss_newton, &block.gauss_newton);
+        add_corner(&mut self.curvature, &block.curvature);
     }
 
     /// J `at` a point; with `whole`, the Gauss-Newton matrix has been formed for all coordinates.

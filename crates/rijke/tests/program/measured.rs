@@ -18,14 +18,19 @@ pub(crate) fn example(name: &str, scratch_name: &str) -> PathBuf {
 }
 
 /// What a study of measured data finds; none where the data are not here.
-#[allow(clippy::print_stdout, reason = "who runs the tests must learn what was left out")]
 pub(crate) fn found(name: &str) -> Option<Value> {
+    found_by(name, &["run", ".", "--json"])
+}
+
+/// As [`found`], by other arguments of the program.
+#[allow(clippy::print_stdout, reason = "who runs the tests must learn what was left out")]
+pub(crate) fn found_by(name: &str, arguments: &[&str]) -> Option<Value> {
     if std::env::var_os("RIJKE_MEASURED").is_none_or(|v| v.is_empty()) {
         println!("left out: RIJKE_MEASURED names no folder of measured data");
         return None;
     }
     let folder = example(name, &format!("measured-{name}"));
-    let output = rijke(&folder, &["run", ".", "--json"]);
+    let output = rijke(&folder, arguments);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let page = fs::read_to_string(folder.join("results/index.html")).unwrap();
     assert!(

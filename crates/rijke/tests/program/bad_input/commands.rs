@@ -22,7 +22,7 @@ fn wave(folder: &Path, table: &str) {
     fs::write(folder.join("wave/observations/modes.csv"), table).unwrap();
 }
 
-pub(super) const CASES: [Case; 39] = [
+pub(super) const CASES: [Case; 40] = [
     case(
         "results that do not exist",
         |d| ranked(d, None),
@@ -90,6 +90,15 @@ pub(super) const CASES: [Case; 39] = [
         |d| wave(d, "point,growth_rate,growth_rate_sd,frequency,frequency_sd\ne1-0,-999,1,104.6,0.04\n"),
         "check wave",
         ["modes.csv, line 2", "`growth_rate` is `-999`", "leave a cell empty where nothing was"],
+    ),
+    case(
+        "repeats of one mode in rows of their own",
+        |d| {
+            let head = "point,mode,growth_rate,growth_rate_sd,frequency,frequency_sd";
+            wave(d, &format!("{head}\ne1-0,1,-5.0,0.2,104.6,0.04\ne1-0,1,-5.1,0.2,104.7,0.04\n"));
+        },
+        "check wave",
+        ["modes.csv, line 3", "`e1-0, mode 1` has a second row", "one row with their mean"],
     ),
     case(
         "dead microphone that reads zero",
