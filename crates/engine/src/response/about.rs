@@ -1,6 +1,6 @@
 //! The errors of what is stated ([`super::errors`]), taken where the fit ends.
 
-use super::errors::{Errors, Slope, causes_at, moved as conditions_moved};
+use super::errors::{Errors, Slope, causes_at, mixed_between, moved as conditions_moved};
 use super::head::Rest;
 use super::predict::{Load, Responses, clear};
 use super::residual::POOR;
@@ -83,17 +83,13 @@ impl ResponseRun {
                 }
                 all_above.push(above);
             }
-            for (b, (second, there)) in causes.iter().enumerate() {
-                for (a, (first, with)) in causes[..b].iter().enumerate() {
-                    let both = moved(&[(*with, STEP), (*there, STEP)])?;
-                    for (place, (load, both)) in of_point.iter().zip(&both).enumerate() {
-                        let alone = all_above[a][place].iter().zip(&all_above[b][place]);
-                        let second_of = |((both, (a, b)), here): ((&Jet, (&Jet, &Jet)), &Jet)| {
-                            (both.value() - a.value() - b.value() + here.value()) / (STEP * STEP)
-                        };
-                        let of_load = both.iter().zip(alone).zip(&here[*load]).map(second_of).collect();
-                        mixed[*load].push(([*first, *second], of_load));
-                    }
+            for [a, b] in (0..causes.len()).flat_map(|b| (0..b).map(move |a| [a, b])) {
+                let [(first, with), (second, there)] = [causes[a], causes[b]];
+                let both = moved(&[(with, STEP), (there, STEP)])?;
+                for (place, load) in of_point.iter().enumerate() {
+                    let alone = [&all_above[a][place][..], &all_above[b][place][..]];
+                    let of_load = mixed_between(&both[place], alone, &here[*load], STEP);
+                    mixed[*load].push(([first, second], of_load));
                 }
             }
         }

@@ -65,6 +65,13 @@ impl Slope {
     }
 }
 
+/// The mixed second derivatives of numbers in two errors: from where both are larger by `step`, each alone,
+/// and as they stand.
+pub(super) fn mixed_between(both: &[Jet], [one, other]: [&[Jet]; 2], here: &[Jet], step: f64) -> Vec<C64> {
+    let of = |k: usize| both[k].value() - one[k].value() - other[k].value() + here[k].value();
+    (0..here.len()).map(|k| of(k) / (step * step)).collect()
+}
+
 impl Errors {
     /// Those of the operating points `points`, and others that are `known`; of no effect yet.
     ///

@@ -36,8 +36,9 @@ pub struct StageRecord {
     /// is many errors and much.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub missed: Option<String>,
-    /// Which stages of responses, on which this one stands, have a model that does not describe their data, a
-    /// sentence each without its stop.
+    /// Which stages of responses, on which this one stands, have a model that does not describe their data,
+    /// and which parameters this stage holds far from what earlier ones found, a sentence each without its
+    /// stop.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub undescribed: Vec<String>,
     /// The models that the evidence of this stage leaves open, with what the stages that stand on it make of

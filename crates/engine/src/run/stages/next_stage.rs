@@ -6,8 +6,9 @@ use super::super::record::{CarriedOn, MeasuredRecord, ModelRecord, StageRecord, 
 use super::super::suspects::far::FarOff;
 use super::ahead::open_beside;
 use super::compete::{best_of, goes_on, with_later};
-use crate::EngineError;
 use crate::rows::{Choice, Row};
+use crate::{EngineError, NamedGaussian};
+use rijke_numerics::words::with_sd;
 use rijke_study::plan::Stage;
 
 impl Run {
@@ -36,7 +37,9 @@ impl Run {
         let own = undecided(&stage, &models, &chosen, &carried);
         let Row { choice, .. } = rows.into_iter().nth(next).unwrap_or_default();
         let grounds = self.study.plan.grounds(&stage).into_iter().filter_map(|id| self.ground(id));
-        let undescribed = grounds.filter_map(|ground| ground.undescribed(&choice)).collect();
+        let known = results[next].1.as_ref().map_or(&[][..], |found| &found.known[..]);
+        let undescribed =
+            grounds.filter_map(|ground| ground.undescribed(&choice)).chain(held_far(&stage, known)).collect();
         if let Some(goes_on) = results[next].1.clone() {
             let rows = results.into_iter().filter_map(|(model, found)| Some((model, found?))).collect();
             let beside = goes_on.beside.as_ref().map(|said| format!("In stage \"{}\", {said}", stage.title));
@@ -148,4 +151,29 @@ fn undecided(stage: &Stage, models: &[ModelRecord], taken: &str, carried: &[Carr
         if *least < 0.0 { "" } else { "only " },
         place(*least)
     ))
+}
+
+/// Standard deviations between what a stage holds and what earlier stages know, from which that is said: as a
+/// conflict of prior and posterior.
+const HELD_FAR: f64 = 4.0;
+
+/// Which parameters a stage holds far from what the stages found on which it stands, a sentence each without
+/// its stop.
+fn held_far(stage: &Stage, known: &[NamedGaussian]) -> Vec<String> {
+    let one = |(name, value): (&String, &f64)| {
+        let of = |g: &NamedGaussian| {
+            let i = g.names.iter().position(|n| n == name)?;
+            Some((g.mean[i], g.covariance[(i, i)].sqrt()))
+        };
+        let (mean, sd) = known.iter().find_map(of)?;
+        let far = (value - mean).abs() / sd;
+        (far > HELD_FAR).then(|| {
+            format!(
+                "this stage holds `{name}` at {value}, {far:.0} standard deviations from the {} that earlier stages found: its other parameters make \
+                 up for the difference, and its evidence does not count it; leave `{name}` out of `hold`, or do not stand on these stages",
+                with_sd(mean, sd)
+            )
+        })
+    };
+    stage.hold.iter().filter_map(one).collect()
 }

@@ -156,3 +156,23 @@ fn exact_foresight_adds_what_earlier_stages_tell() {
     }
     assert_eq!(found.len(), 2);
 }
+
+#[test]
+fn message_a_parameter_held_far_from_what_was_found_is_said() {
+    let law = candidates(&parameter("b", 0.05, 0.3), "b");
+    let measured = [growth((1.0_f64 - 0.04).ln()), growth((1.0_f64 - 0.2).ln())];
+    let said = |name: &str, held: f64| {
+        let folder = folder(name, &law, measured.map(|g| [g, 0.3]));
+        let path = folder.0.join("study.toml");
+        let text = std::fs::read_to_string(&path).unwrap();
+        let text = text.replace("on = 'cold'", &format!("on = 'cold'\nhold = {{ b = {held} }}"));
+        std::fs::write(&path, text).unwrap();
+        ranked(&folder)[1].doubts_of_data().into_iter().filter(|said| said.contains("holds `b`")).collect()
+    };
+    let far: Vec<String> = said("held-far", 0.2);
+    assert!(far.len() == 1 && far[0].contains("at 0.2") && far[0].contains("0.0400 +- 0.0017"), "{far:?}");
+    // Growth rates know it to 0.3/(c/2).
+    let deviations = 0.16 / (0.3 / (0.5 * speed()) * 0.96);
+    assert!(far[0].contains(&format!("{deviations:.0} standard deviations")), "{far:?}");
+    assert_eq!(said("held-near", 0.041), Vec::<String>::new());
+}
