@@ -89,5 +89,40 @@ fn evidence(c: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, evidence);
+/// Cost, gradient and Hessian of one block of 112 numbers and 20 parameters with four floated noises: of 8
+/// numbers each, of 96, and along one direction of all; and with noises that are nearly the same but act on
+/// every pair of numbers along every direction.
+fn installation(c: &mut Criterion) {
+    let (n, p) = (112, 20);
+    let mut stream = Streams::new(2).stream("installation");
+    let mut random = |rows: usize, columns: usize| {
+        let all: Vec<f64> = (0..rows * columns).map(|_| stream.random_range(-1.0..1.0)).collect();
+        Matrix::from_fn(rows, columns, |i, j| all[i * columns + j])
+    };
+    let model = Regression { x: random(n, p) };
+    let direction = random(n, 1);
+    let everywhere = random(n, n);
+    let everywhere = everywhere.product(&everywhere.transpose());
+    let of = |from: usize, to: usize| {
+        let one = |i: usize| f64::from(u8::from((from..to).contains(&i)));
+        Matrix::diagonal(&(0..n).map(one).collect::<Vec<_>>())
+    };
+    let noises = [of(0, 8), of(8, 16), of(16, n), direction.product(&direction.transpose())];
+    let groups = ["growth rate", "frequency", "pressure", "varying"].map(|g| NoiseGroup::floated(g, "1"));
+    let normal = |i: usize| Parameter::new(format!("a{i}"), "a", "1", Prior::Normal { mean: 0.0, sd: 1.0 });
+    let parameters = Parameters::new((0..p).map(normal).collect()).unwrap();
+    let mut group = c.benchmark_group("a block of 112 numbers");
+    for (name, share) in [("noises of few numbers or directions", 0.0), ("noises of all", 1e-9)] {
+        let block = Observation::new("installation", vec![1.0; n]).with_floor(Matrix::identity(n));
+        let noises = noises.iter().map(|s| s.plus(share, &everywhere));
+        let block = noises.enumerate().fold(block, |block, (g, s)| block.with_noise(g, s));
+        let data = Data::new(vec![block], groups.to_vec()).unwrap();
+        let posterior = Posterior::new(&model, &data, &parameters).unwrap();
+        let z = [vec![0.1; p], vec![-0.5; 4]].concat();
+        group.bench_function(name, |b| b.iter(|| posterior.evaluate(&z, Order::Second).unwrap()));
+    }
+    group.finish();
+}
+
+criterion_group!(benches, evidence, installation);
 criterion_main!(benches);

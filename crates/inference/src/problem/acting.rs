@@ -2,9 +2,9 @@
 
 use rijke_numerics::{Matrix, dot};
 
-/// The structure S of a noise group in a block, S of the whole theory: its rows and columns that are not
-/// zero. A noise of all growth rates acts on a few numbers of a large block, and what varies from one
-/// installation to the next moves all of them along one direction.
+/// The structure S of a noise group in a block, by its rows and columns that are not zero. A noise of all
+/// growth rates acts on a few numbers of a large block, and what varies from one installation to the next
+/// moves all of them along one direction.
 #[derive(Clone, Debug)]
 pub(crate) struct Acting {
     pub(crate) group: usize,
@@ -14,10 +14,14 @@ pub(crate) struct Acting {
     structure: Matrix,
     /// U with S = U U', where it has few columns.
     directions: Option<Matrix>,
+    /// Whether many of its entries are not zero.
+    is_dense: bool,
 }
 
 /// A structure with this many rows for each of its directions is multiplied by these.
 const ROWS_OF_A_DIRECTION: usize = 4;
+/// Of so many entries one at most is not zero in a structure that is multiplied entry by entry.
+const FEW: usize = 4;
 
 impl Acting {
     pub(crate) fn new(group: usize, structure: &Matrix) -> Self {
@@ -25,7 +29,9 @@ impl Acting {
         let on: Vec<usize> = (0..n).filter(|&i| structure.row(i).iter().any(|s| *s != 0.0)).collect();
         let structure = structure.select(&on);
         let directions = directions(&structure, on.len() / ROWS_OF_A_DIRECTION);
-        Self { group, on, structure, directions }
+        let entries = structure.as_slice().iter().filter(|s| **s != 0.0).count();
+        let is_dense = FEW * entries > on.len().pow(2);
+        Self { group, on, structure, directions, is_dense }
     }
 
     /// Adds `factor` S to a matrix of the block.
@@ -61,6 +67,10 @@ impl Acting {
     pub(crate) fn rows_times(&self, matrix: &Matrix) -> Matrix {
         let width = matrix.columns();
         let Some(u) = &self.directions else {
+            if self.is_dense {
+                let own = Matrix::from_fn(self.on.len(), width, |a, j| matrix[(self.on[a], j)]);
+                return self.structure.large_product(&own);
+            }
             let mut product = Matrix::zeros(self.on.len(), width);
             for (a, to) in product.as_mut_slice().chunks_exact_mut(width.max(1)).enumerate() {
                 for (&s, &k) in self.structure.row(a).iter().zip(&self.on).filter(|(s, _)| **s != 0.0) {
@@ -89,7 +99,7 @@ impl Acting {
 }
 
 /// U with S = U U' to rounding, of at most so many columns: the factor of Cholesky with pivots. None where
-/// more are needed.
+/// more are needed, or S has negative eigenvalues.
 fn directions(structure: &Matrix, most: usize) -> Option<Matrix> {
     let n = structure.rows();
     let mut left: Vec<f64> = (0..n).map(|i| structure[(i, i)]).collect();
@@ -98,7 +108,12 @@ fn directions(structure: &Matrix, most: usize) -> Option<Matrix> {
     loop {
         let pivot = (0..n).max_by(|&i, &j| left[i].total_cmp(&left[j]))?;
         if left[pivot] <= least {
-            return Some(Matrix::from_fn(n, columns.len(), |i, k| columns[k][i]));
+            let u = Matrix::from_fn(n, columns.len(), |i, k| columns[k][i]);
+            let is_near = |i: usize, j: usize| {
+                let found: f64 = u.row(i).iter().zip(u.row(j)).map(|(a, b)| a * b).sum();
+                (found - structure[(i, j)]).abs() <= 2.0 * least
+            };
+            return (0..n).all(|i| (0..=i).all(|j| is_near(i, j))).then_some(u);
         }
         if columns.len() == most {
             return None;
@@ -112,5 +127,60 @@ fn directions(structure: &Matrix, most: usize) -> Option<Matrix> {
             .collect();
         left.iter_mut().zip(&column).for_each(|(left, c)| *left -= c * c);
         columns.push(column);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_relative_eq;
+
+    /// S among 3 of 5 numbers, and what multiplies it.
+    fn whole(structure: [[f64; 3]; 3]) -> (Matrix, Matrix) {
+        let on = [0, 2, 3];
+        let place = |i: usize| on.iter().position(|k| *k == i);
+        let s = Matrix::from_fn(5, 5, |i, j| match (place(i), place(j)) {
+            (Some(a), Some(b)) => structure[a][b],
+            _ => 0.0,
+        });
+        let a = Matrix::from_fn(5, 5, |i, j| 1.0 / (1.0 + (i + j) as f64) + f64::from(u8::from(i == j)));
+        (s, a)
+    }
+
+    #[test]
+    fn exact_products_are_those_of_whole_matrices() {
+        let few = [[2.0, 0.0, 0.0], [0.0, 1.0, 0.5], [0.0, 0.5, 3.0]];
+        // Not positive definite: its diagonal tells nothing of it.
+        let turned = [[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1e-3]];
+        let (s, a) = whole(few);
+        let (t, _) = whole(turned);
+        let [one, other] = [&s, &t].map(|s| Acting::new(0, s));
+        let mut sum = a.clone();
+        other.add_to(&mut sum, 2.0);
+        assert_eq!(sum, a.plus(2.0, &t));
+        let x = [1.0, -2.0, 0.5, 3.0, 1.0];
+        assert_eq!(one.times(&x), s.times(&x));
+        let trace = |m: &Matrix| (0..5).map(|i| m[(i, i)]).sum::<f64>();
+        assert_relative_eq!(one.trace_with(&a), trace(&s.product(&a)), max_relative = 1e-14);
+        let both = one.trace_of_product(&one.rows_times(&a), &other, &other.rows_times(&a));
+        let expected = trace(&s.product(&a).product(&t).product(&a));
+        assert_relative_eq!(both, expected, max_relative = 1e-13);
+    }
+
+    #[test]
+    fn exact_directions_are_those_that_make_the_structure() {
+        let v: Vec<f64> = (0..12).map(|k| 1.0 + k as f64).collect();
+        let one = Matrix::from_fn(12, 12, |i, j| v[i] * v[j]);
+        let u = directions(&one, 3).unwrap();
+        assert_eq!(u.columns(), 1);
+        let again = u.product(&u.transpose());
+        for (a, b) in again.as_slice().iter().zip(one.as_slice()) {
+            assert_relative_eq!(a, b, max_relative = 1e-14);
+        }
+        assert!(directions(&Matrix::identity(12), 3).is_none());
+        // Of a diagonal of zeros only zero is such a product.
+        let mut exchanged = Matrix::zeros(12, 12);
+        (exchanged[(0, 1)], exchanged[(1, 0)]) = (1.0, 1.0);
+        assert!(directions(&exchanged, 3).is_none());
     }
 }
