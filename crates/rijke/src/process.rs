@@ -18,7 +18,7 @@ use std::path::{Path, PathBuf};
 #[command(after_help = "Examples:\n  rijke process records --out observations\n  \
     rijke process --virtual-rig --rows C3,H7 --repeats 10 --out observations")]
 pub(crate) struct Args {
-    /// Folder of records, with its manifest.toml.
+    /// Folder of a study, or of records with their manifest.toml.
     #[arg(value_name = "DIR", required_unless_present = "virtual_rig", conflicts_with = "virtual_rig")]
     records: Option<PathBuf>,
     /// Process the records that `rijke lab` would write, without writing them.

@@ -38,9 +38,14 @@ impl Study {
         let said = |((a, b), points): &((usize, usize), Vec<&str>)| {
             let [a, b] = [*a, *b].map(|k| &self.rig.parts[k].name);
             format!(
-                "rig.toml: `{a}` and `{b}` are at one place at {}: both answer to the pressure and the velocity in front of that place, so that neither stands \
+                "rig.toml: `{a}` and `{b}` are at one place{}: both answer to the pressure and the velocity in front of that place, so that neither stands \
                  behind the other; put a duct of 1e-6 m between them, or their places 1e-6 m apart",
-                few(points, NAMED)
+                // A rig by itself has one point, whose name nobody gave.
+                if self.campaign.points.len() == 1 {
+                    String::new()
+                } else {
+                    format!(" at {}", few(points, NAMED))
+                }
             )
         };
         found.iter().filter(|(_, points)| !points.is_empty()).map(said).collect()

@@ -120,10 +120,10 @@ impl ModeCase {
                 false => of_the_engine(&e, path),
             })?;
         let unknowns: Vec<&str> = study.rig.own.parameters.iter().map(|p| p.name.as_str()).collect();
-        let warnings =
-            Vec::from_iter((!unknowns.is_empty()).then(|| {
-                format!("unknown numbers are at the medians of their priors: {}", unknowns.join(", "))
-            }));
+        let at_medians = (!unknowns.is_empty())
+            .then(|| format!("unknown numbers are at the medians of their priors: {}", unknowns.join(", ")));
+        let doubts = doubts_of(&study).into_iter().map(|said| said.replacen("rig.toml: ", "", 1));
+        let warnings = at_medians.into_iter().chain(doubts).collect();
         let (title, given) = (Some(study.rig.name), Given::Point(Box::new(spectrum)));
         let remedy = "Change the region with [search] of the file.";
         Ok(Self { title, warnings, devices, ..Self::new(path, region, given, remedy) })

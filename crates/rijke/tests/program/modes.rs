@@ -365,3 +365,29 @@ fn message_sizes_that_no_rig_has_are_told_and_impossible_ones_refused() {
     let (_, said) = element(&rows(3e-3, std::f64::consts::TAU));
     assert!(!said.contains("degrees"), "{said}");
 }
+
+#[test]
+fn message_devices_at_one_place_of_a_rig_with_quantities_are_named() {
+    let folder = scratch("modes-one-place");
+    let duct = |name: &str, length: &str| {
+        format!("[[element]]\nname = '{name}'\ntype = 'duct'\nlength = '{length}'\ndiameter = '50 mm'\n")
+    };
+    let said = |between: &str| {
+        let text = format!(
+            "name = 'two'\n[upstream]\ntype = 'closed'\n[downstream]\ntype = 'open'\n{}[[element]]\nname = 'h'\ntype = 'helmholtz'\n\
+             volume = 1e-4\nneck_area = 1e-4\nneck_length = '30 mm'\n{between}[[element]]\nname = 'sc'\ntype = 'screen'\nresistance = 400\n{}",
+            duct("below", "0.5 m"),
+            duct("above", "0.5 m")
+        );
+        fs::write(folder.join("two.toml"), text).unwrap();
+        let output = rijke(&folder, &["modes", "two.toml"]);
+        let error = String::from_utf8(output.stderr).unwrap();
+        assert!(output.status.success(), "{error}");
+        (error, String::from_utf8(output.stdout).unwrap())
+    };
+    let (error, at_one_place) = said("");
+    assert!(error.contains("`h` and `sc` are at one place: both"), "{error}");
+    assert!(error.contains("put a duct of 1e-6 m between them"), "{error}");
+    let (error, apart) = said(&duct("between", "1e-6 m"));
+    assert!(!error.contains("at one place") && at_one_place != apart, "{error}");
+}
