@@ -122,7 +122,9 @@ impl ModeCase {
         let unknowns: Vec<&str> = study.rig.own.parameters.iter().map(|p| p.name.as_str()).collect();
         let at_medians = (!unknowns.is_empty())
             .then(|| format!("unknown numbers are at the medians of their priors: {}", unknowns.join(", ")));
-        let doubts = doubts_of(&study).into_iter().map(|said| said.replacen("rig.toml: ", "", 1));
+        let doubts = doubts_of(&study)
+            .into_iter()
+            .map(|said| said.strip_prefix("rig.toml: ").unwrap_or(&said).to_owned());
         let warnings = at_medians.into_iter().chain(doubts).collect();
         let (title, given) = (Some(study.rig.name), Given::Point(Box::new(spectrum)));
         let remedy = "Change the region with [search] of the file.";

@@ -17,7 +17,7 @@ use super::train::ResponseTraining;
 use super::untold::untold;
 use crate::gaussian::handed_on;
 use crate::rows::Row;
-use crate::run::{EvidenceRecord, TrainedParameter};
+use crate::run::{EvidenceRecord, TrainedParameter, add_lines};
 use crate::{Assembly, EngineError, NamedGaussian};
 use rayon::prelude::*;
 use rijke_inference::{Parameter, Parameters, student};
@@ -107,10 +107,8 @@ impl ResponseRun {
         };
         if let Some(learned) = &found[best] {
             // Of the best model alone: it is a matter of the data.
-            if let Some(said) = self.turned_time(&stage, &rows[best], &data, (&models[best], learned))? {
-                let before = models[best].remark.iter().cloned();
-                models[best].remark = Some(before.chain([said]).collect::<Vec<_>>().join("\n"));
-            }
+            let said = self.turned_time(&stage, &rows[best], &data, (&models[best], learned))?;
+            add_lines(&mut models[best].remark, said);
             let (choice, known, causes) =
                 (rows[best].choice.clone(), learned.known.clone(), learned.causes.clone());
             self.known.insert(stage.id.clone(), Before { choice, known, causes });

@@ -47,6 +47,7 @@ pub use points::beyond::{Beyond, beyond};
 pub use points::elsewhere::{AskedPoint, nearest, over_map, with_points};
 pub(crate) use points::inputs::{conditions_at, conditions_of, with_factors_moved};
 pub use points::predicted::{Averaged, Forecast};
+pub(crate) use record::add_lines;
 pub use record::{CarriedOn, CarriedStage, EvidenceRecord, MeasuredRecord, ModelRecord, StageRecord};
 pub use search::{
     Combination, GivenUp, GreedyChoice, RoleChoice, Search, SearchNode, SearchOptions, SearchPart,

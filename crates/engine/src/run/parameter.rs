@@ -1,7 +1,7 @@
 //! A parameter of a model with what is known of it before and after.
 
 use crate::Trained;
-use rijke_inference::Prior;
+use rijke_inference::{Conflict, Prior};
 use rijke_numerics::Matrix;
 use rijke_numerics::words::{fixed, quantity, rounded, with_sd};
 use serde::{Deserialize, Serialize};
@@ -43,9 +43,6 @@ pub struct TrainedParameter {
 /// Width of the posterior relative to the prior above which a parameter or a direction counts as not
 /// identified.
 pub(super) const UNIDENTIFIED: f64 = 0.9;
-
-/// Standard deviations of its prior beyond which a parameter contradicts what was known before.
-const CONFLICT: f64 = 4.0;
 
 /// Distances of the ends of an interval from the value, their difference over their sum, from which a
 /// standard deviation alone is no description: that of a logarithm known to 0.2.
@@ -126,7 +123,7 @@ impl TrainedParameter {
     /// contradiction.
     #[must_use]
     pub fn conflict(&self) -> Option<f64> {
-        self.prior_sds.map(f64::abs).filter(|z| *z > CONFLICT)
+        self.prior_sds.map(f64::abs).filter(|z| *z > Conflict::LIMIT)
     }
 
     /// Whether the data tell next to nothing of it: its posterior is as wide as its prior, and lies where

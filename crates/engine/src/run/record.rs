@@ -163,6 +163,11 @@ impl ModelRecord {
     }
 }
 
+/// Adds lines to a remark.
+pub(crate) fn add_lines(remark: &mut Option<String>, lines: impl IntoIterator<Item = String>) {
+    *remark = remark.take().into_iter().chain(lines).reduce(|all, line| format!("{all}\n{line}"));
+}
+
 /// The model of most evidence beside the one called `chosen`, and by how many nats it lies behind that one;
 /// none where either could not be fitted.
 pub(super) fn nearest<'a>(models: &'a [ModelRecord], chosen: &str) -> Option<(&'a ModelRecord, f64)> {
@@ -197,9 +202,9 @@ impl StageRecord {
         self.carried.iter().map(|c| (c, c.ln_evidence.map(|ln| ln - best))).collect()
     }
 
-    /// What the data say against the model that goes on: what it stands on does not describe other data, by
-    /// how much it misses these, and which of their deviations are too large or too small, a sentence each
-    /// without its stop.
+    /// What the data say against the model that goes on: what it stands on does not describe other data, or
+    /// is not what it holds, by how much it misses these, and which of their deviations are too large or too
+    /// small, a sentence each without its stop.
     #[must_use]
     pub fn doubts_of_data(&self) -> Vec<String> {
         self.undescribed

@@ -1,13 +1,13 @@
 //! One block of data, and what it adds to -ln likelihood.
 
-use crate::problem::{Acting, Observation, Prediction};
+use crate::problem::{BlockNoise, Observation, Prediction};
 use rijke_numerics::{Matrix, packed};
 
 /// A block with everything that its likelihood depends on.
 pub(crate) struct Likelihood<'a> {
     pub(crate) observation: &'a Observation,
     /// Its noises.
-    pub(crate) acting: &'a [Acting],
+    pub(crate) noises: &'a [BlockNoise],
     /// Place of its first datum in the prediction.
     pub(crate) first: usize,
     /// Prediction of all data, with derivatives in working coordinates.

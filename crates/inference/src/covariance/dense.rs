@@ -1,7 +1,7 @@
 //! Likelihood of a block whose covariance is a dense matrix.
 
 use super::block::{Block, Likelihood, add_symmetric};
-use crate::problem::Acting;
+use crate::problem::BlockNoise;
 use rijke_numerics::dot;
 use rijke_numerics::{Cholesky, Matrix, Order};
 use std::f64::consts::PI;
@@ -63,10 +63,10 @@ impl Likelihood<'_> {
     ) {
         let p = self.parameters;
         let inverse = factor.inverse();
-        let mut floating = Vec::new();
+        let mut acting = Vec::new();
         for (c, &g) in self.floating.iter().enumerate() {
-            for noise in self.acting.iter().filter(|noise| noise.group == g) {
-                floating.push(Floating {
+            for noise in self.noises.iter().filter(|noise| noise.group == g) {
+                acting.push(Acting {
                     noise,
                     coordinate: p + c,
                     variance: self.sds[g] * self.sds[g],
@@ -76,7 +76,7 @@ impl Likelihood<'_> {
                 });
             }
         }
-        for (k, a) in floating.iter().enumerate() {
+        for (k, a) in acting.iter().enumerate() {
             let (c, t) = (a.coordinate, a.variance);
             let slope = 0.5 * (a.trace - dot(&a.pull, alpha));
             // d/d ln sd = 2 t d/dt, and once more for the second derivative.
@@ -89,7 +89,7 @@ impl Likelihood<'_> {
             for (i, column) in columns.iter().enumerate() {
                 add_symmetric(&mut block.gauss_newton, c, i, -2.0 * t * dot(column, &pull_white));
             }
-            for (l, b) in floating[..=k].iter().enumerate() {
+            for (l, b) in acting[..=k].iter().enumerate() {
                 let trace = a.noise.trace_of_product(&a.rows, b.noise, &b.rows);
                 let bend = 4.0 * t * b.variance * (dot(&pull_white, &b.pull) - 0.5 * trace);
                 block.gauss_newton[(c, b.coordinate)] += bend;
@@ -103,8 +103,8 @@ impl Likelihood<'_> {
 
 /// A floating noise on this block: its coordinate, t = sd^2, S a, tr C^-1 S, and, to second order, the rows
 /// of S C^-1 that are not zero.
-struct Floating<'a> {
-    noise: &'a Acting,
+struct Acting<'a> {
+    noise: &'a BlockNoise,
     coordinate: usize,
     variance: f64,
     pull: Vec<f64>,

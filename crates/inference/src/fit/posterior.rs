@@ -234,7 +234,7 @@ impl<'a> Posterior<'a> {
             };
             let likelihood = Likelihood {
                 observation: &self.data.observations()[k],
-                acting: self.data.acting(k),
+                noises: self.data.noises(k),
                 first: self.firsts[k],
                 prediction,
                 parameters: p,

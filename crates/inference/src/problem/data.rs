@@ -1,6 +1,6 @@
 //! What was measured, and what is known of its noise.
 
-use super::acting::Acting;
+use super::block_noise::BlockNoise;
 use super::prior::Prior;
 use super::scale;
 use super::structured::Structured;
@@ -18,7 +18,7 @@ pub struct Data {
     observations: Vec<Observation>,
     groups: Vec<NoiseGroup>,
     /// The noises of each block, in the order of [`Observation::noise`].
-    acting: Vec<Vec<Acting>>,
+    noises: Vec<Vec<BlockNoise>>,
 }
 
 /// One block of data, say the growth rate, frequency and relative pressures of one operating point.
@@ -213,14 +213,14 @@ impl Data {
         for observation in &observations {
             observation.validate(groups.len())?;
         }
-        let of = |o: &Observation| o.noise.iter().map(|(g, s)| Acting::new(*g, s)).collect();
-        let acting = observations.iter().map(of).collect();
-        Ok(Self { observations, groups, acting })
+        let of = |o: &Observation| o.noise.iter().map(|(g, s)| BlockNoise::new(*g, s)).collect();
+        let noises = observations.iter().map(of).collect();
+        Ok(Self { observations, groups, noises })
     }
 
     /// The noises of block `k`.
-    pub(crate) fn acting(&self, k: usize) -> &[Acting] {
-        &self.acting[k]
+    pub(crate) fn noises(&self, k: usize) -> &[BlockNoise] {
+        &self.noises[k]
     }
 
     /// The covariance of block `k` with the standard deviations `sds` of the groups, as a dense matrix.
@@ -231,8 +231,8 @@ impl Data {
         }
         let n = observation.values.len();
         let mut sum = observation.floor.clone().unwrap_or_else(|| Matrix::zeros(n, n));
-        for acting in &self.acting[k] {
-            acting.add_to(&mut sum, sds[acting.group].powi(2));
+        for noise in &self.noises[k] {
+            noise.add_to(&mut sum, sds[noise.group].powi(2));
         }
         sum
     }

@@ -1,10 +1,11 @@
 //! The question: what is unknown and what was known of it before (`prior`, `parameter`, `parameters`), what
-//! was measured with which noise (`data`, `acting`, `structured`), and what a model predicts (`forward`).
+//! was measured with which noise (`data`, `block_noise`, `structured`), and what a model predicts
+//! (`forward`).
 //!
 //! Knows no likelihood, no search and no answer.
 
-mod acting;
 mod alias;
+mod block_noise;
 mod data;
 mod forward;
 mod images;
@@ -27,6 +28,6 @@ pub use prior::Prior;
 pub(crate) use prior::gaussian;
 pub use structured::{Correlated, Structured, complex_columns};
 
-pub(crate) use acting::Acting;
+pub(crate) use block_noise::BlockNoise;
 pub(crate) use images::Images;
 pub(crate) use kernelled::Kernelled;

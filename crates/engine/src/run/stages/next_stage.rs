@@ -2,12 +2,13 @@
 
 use super::super::course::{Beside, Done, Run, Trusted};
 use super::super::points::inputs::selected;
-use super::super::record::{CarriedOn, MeasuredRecord, ModelRecord, StageRecord, not_carried};
+use super::super::record::{CarriedOn, MeasuredRecord, ModelRecord, StageRecord, add_lines, not_carried};
 use super::super::suspects::far::FarOff;
 use super::ahead::open_beside;
 use super::compete::{best_of, goes_on, with_later};
 use crate::rows::{Choice, Row};
 use crate::{EngineError, NamedGaussian};
+use rijke_inference::Conflict;
 use rijke_numerics::words::with_sd;
 use rijke_study::plan::Stage;
 
@@ -30,8 +31,7 @@ impl Run {
         self.average(&stage, &rows[next], &mut results[next].0, best);
         if let (model, Some(found)) = &mut results[next] {
             let said = self.relabelled(found, &model.predicted);
-            model.remark =
-                model.remark.take().into_iter().chain(said).reduce(|all, line| format!("{all}\n{line}"));
+            add_lines(&mut model.remark, said);
         }
         let models: Vec<ModelRecord> = results.iter().map(|(model, _)| model.clone()).collect();
         let own = undecided(&stage, &models, &chosen, &carried);
@@ -153,12 +153,8 @@ fn undecided(stage: &Stage, models: &[ModelRecord], taken: &str, carried: &[Carr
     ))
 }
 
-/// Standard deviations between what a stage holds and what earlier stages know, from which that is said: as a
-/// conflict of prior and posterior.
-const HELD_FAR: f64 = 4.0;
-
-/// Which parameters a stage holds far from what the stages found on which it stands, a sentence each without
-/// its stop.
+/// Which parameters a stage holds so far from what the stages found on which it stands that the two
+/// conflict, a sentence each without its stop.
 fn held_far(stage: &Stage, known: &[NamedGaussian]) -> Vec<String> {
     let one = |(name, value): (&String, &f64)| {
         let of = |g: &NamedGaussian| {
@@ -167,7 +163,7 @@ fn held_far(stage: &Stage, known: &[NamedGaussian]) -> Vec<String> {
         };
         let (mean, sd) = known.iter().find_map(of)?;
         let far = (value - mean).abs() / sd;
-        (far > HELD_FAR).then(|| {
+        (far > Conflict::LIMIT).then(|| {
             format!(
                 "this stage holds `{name}` at {value}, {far:.0} standard deviations from the {} that earlier stages found: its other parameters make \
                  up for the difference, and its evidence does not count it; leave `{name}` out of `hold`, or do not stand on these stages",

@@ -6,7 +6,7 @@ use rijke_numerics::{Matrix, dot};
 /// growth rates acts on a few numbers of a large block, and what varies from one installation to the next
 /// moves all of them along one direction.
 #[derive(Clone, Debug)]
-pub(crate) struct Acting {
+pub(crate) struct BlockNoise {
     pub(crate) group: usize,
     /// The numbers of the block that it acts on, ascending.
     on: Vec<usize>,
@@ -23,7 +23,7 @@ const ROWS_OF_A_DIRECTION: usize = 4;
 /// Of so many entries one at most is not zero in a structure that is multiplied entry by entry.
 const FEW: usize = 4;
 
-impl Acting {
+impl BlockNoise {
     pub(crate) fn new(group: usize, structure: &Matrix) -> Self {
         let n = structure.rows();
         let on: Vec<usize> = (0..n).filter(|&i| structure.row(i).iter().any(|s| *s != 0.0)).collect();
@@ -154,7 +154,7 @@ mod tests {
         let turned = [[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1e-3]];
         let (s, a) = whole(few);
         let (t, _) = whole(turned);
-        let [one, other] = [&s, &t].map(|s| Acting::new(0, s));
+        let [one, other] = [&s, &t].map(|s| BlockNoise::new(0, s));
         let mut sum = a.clone();
         other.add_to(&mut sum, 2.0);
         assert_eq!(sum, a.plus(2.0, &t));
