@@ -63,7 +63,7 @@ pub fn rank(
     // Maps add points to it.
     let mapped = (!plan.maps.is_empty()).then(|| study.clone());
     let steps = 2 * plan.stages.len() + plan.questions.len() + plan.maps.len();
-    let progress = tell.progress("stages", steps as u64);
+    let progress = tell.progress("steps", steps as u64);
     let mut run = Run::on_responses(study, observations, options.trusted, grounds).map_err(wrong)?;
     run.lengths = options.lengths;
     warn_of_left_out(&run.left_out, tell);

@@ -5,6 +5,7 @@ use super::posterior::Posterior;
 use super::settle::Settled;
 use crate::density::{Calls, Gaussian, Method, Minimum, SAME_MODE, TrustRegion, minimise};
 use crate::error::InferenceError;
+use crate::problem::{NoiseMode, Prediction};
 use rijke_numerics::Order;
 
 /// Most alternations between parameters and noise before both are freed.
@@ -23,6 +24,9 @@ const LESS: f64 = 0.05;
 /// Gauss-Newton evaluations per stage before exact Hessians take over, each of which costs as much as some
 /// p/3 of them.
 const QUICK: usize = 60;
+/// Evaluations in the first turn with inferred noises: a search that needs more may have too small a noise,
+/// see [`Posterior::raise_noise`].
+const HELD: usize = 3 * QUICK;
 
 /// Where a rough search has come: within about a tenth of a standard deviation of a maximum, if it has
 /// settled.
@@ -70,6 +74,8 @@ impl Posterior<'_> {
         known: &[Gaussian],
     ) -> Result<Approach, InferenceError> {
         let floats = !self.floating().is_empty();
+        let of_inferred = |g: &usize| matches!(self.data().groups()[*g].mode, NoiseMode::Inferred { .. });
+        let inferred = self.floating().iter().any(of_inferred);
         let Approach { mut z, mut small, mut calls, mut cost, mut ln_likelihood, .. } = from;
         let (p, mut settled) = (self.parameters().len(), false);
         for turn in 0..STAGES {
@@ -81,6 +87,7 @@ impl Posterior<'_> {
             // By its own matrix, which is poor at first, BFGS would stop too early.
             let loose = turn == 0 && floats && search.method != Method::Bfgs;
             let rough = if loose { FIRST_TURN } else { ROUGH };
+            let budget = if turn == 0 && inferred { budget.min(HELD) } else { budget };
             let (minimum, order) = self.stage(&z, search, budget, rough)?;
             calls = calls.plus(minimum.calls);
             z[..p].copy_from_slice(&minimum.z);
@@ -98,14 +105,31 @@ impl Posterior<'_> {
             let prediction = self.predict(&self.parameters().physical(&z[..p]), order)?;
             small = self.settle_noise(&mut z, &prediction.values);
             self.refine_noise(&mut z, &prediction)?;
+            let raised = !settled && self.raised(&mut z, &prediction);
             let parts = self.parts_of(&z, prediction, Order::Value, None)?;
             (cost, ln_likelihood) = (-(parts.ln_likelihood + parts.ln_prior), parts.ln_likelihood);
             let change = before.iter().zip(&z[p..]).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-            if change < SETTLED || !settled {
+            if change < SETTLED || !(settled || raised) {
                 break;
             }
         }
         Ok(Approach { z, small, calls, cost, ln_likelihood, settled })
+    }
+
+    /// Raises inferred noises that lie far below the residuals where no search with them ends: chi-squared is
+    /// too steep. Whether J is lower with them, which are then those of `z`.
+    fn raised(&self, z: &mut [f64], prediction: &Prediction) -> bool {
+        let cost = |z: &[f64]| {
+            let values = prediction.values.clone();
+            let parts = self.parts_of(z, Prediction { values, ..Prediction::default() }, Order::Value, None);
+            parts.map_or(f64::INFINITY, |parts| -(parts.ln_likelihood + parts.ln_prior))
+        };
+        let mut higher = z.to_vec();
+        let raised = self.raise_noise(&mut higher, &prediction.values) && cost(&higher) < cost(z);
+        if raised {
+            z.copy_from_slice(&higher);
+        }
+        raised
     }
 
     /// The parameters (physical) that are most probable if floated noises are far smaller than at `working`,

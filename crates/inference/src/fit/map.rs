@@ -133,8 +133,10 @@ impl Posterior<'_> {
         if !self.raise_noise(&mut raised, &predicted) {
             return Ok(fit);
         }
+        // A search that used up its evaluations had too small a noise.
+        let more = if fit.stop.converged() { left(fit.calls) } else { *search };
         // The model may fail there; what was found stands.
-        let Ok(other) = self.map_from(&raised, &left(fit.calls)) else { return Ok(fit) };
+        let Ok(other) = self.map_from(&raised, &more) else { return Ok(fit) };
         let calls = fit.calls.plus(other.calls);
         let better = other.stop.converged() && (other.cost < fit.cost || !fit.stop.converged());
         Ok(Fit { calls, ..if better { other } else { fit } })

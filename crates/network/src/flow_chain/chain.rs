@@ -127,9 +127,9 @@ impl Chain for FlowChain {
     ) -> Result<Modes, NetworkError> {
         region.check()?;
         self.bound_entropy_waves(region)?;
-        check_analytic(laws, region, work)?;
         let step = 0.25 * PI / self.travel_time();
         let poles = Chain::poles(self, laws, &region.widened(4.0 * step))?;
+        check_analytic(laws, region, &poles, work)?;
         let inside = poles.iter().filter(|p| region.contains(p.0)).map(|p| p.1).sum();
         let middle = region.sigma.map(|v| 0.5 * v).iter().sum::<f64>();
         let middle = C64::new(middle, region.omega.map(|v| 0.5 * v).iter().sum());

@@ -134,8 +134,9 @@ impl HeatedFit {
             let off = (value - mean).abs() / (sd * gain.sqrt());
             if off > CONFLICT {
                 all.push(format!(
-                    "the readings require {what} of {:.3} where {mean} +- {sd} was expected, which gives {value:.3} +- {left:.3}: they contradict each \
-                     other by {off:.1} standard deviations; check power, flow, their units, and places of thermometers, or widen the prior",
+                    "the readings alone require {what} of {:.3} where {mean} +- {sd} was expected; both together give {value:.3} +- {left:.3}, which \
+                     goes on; they contradict each other by {off:.1} standard deviations: check power, flow, their units, and places of thermometers, or \
+                     widen the prior",
                     mean + (value - mean) / gain
                 ));
             }
@@ -166,8 +167,9 @@ impl HeatedFit {
                 off.abs() / sd
             ));
         }
-        let kelvins = |[_, off, sd]: &[f64; 3]| (off - ZERO).abs() < ABOUT_ZERO && *off > CONFLICT * sd;
-        if !self.thermometers.is_empty() && self.thermometers.iter().all(kelvins) {
+        let kelvins = |off: f64, sd: f64| (off - ZERO).abs() < ABOUT_ZERO && off > CONFLICT * sd;
+        let of_all = !self.thermometers.is_empty() && self.thermometers.iter().all(|t| kelvins(t[1], t[2]));
+        if of_all || self.offset.is_some_and(|[off, sd]| kelvins(off, sd)) {
             all.push(
                 "all thermometers read some 273 K too much: write `temperature [K]` over readings that are in K".to_owned(),
             );
@@ -244,6 +246,29 @@ mod tests {
         // 0.4 is only 3.4 deviations of the prior from 0.9, which has drawn it away from 0.3.
         let said = warnings([0.39, 0.08], 0.4);
         assert!(said.len() == 1 && said[0].contains("gets of 0.187 where 0.9 +- 0.15"), "{said:?}");
+    }
+
+    #[test]
+    fn behaviour_readings_in_kelvins_are_named_by_points_without_heat() {
+        let read = |point: usize| GasReading { point, at: 0.5, temperature: 570.0, sd: 0.5 };
+        let found = Found {
+            values: [0.9, 5.0, 0.0, 0.0, 0.0, 0.0],
+            covariance: Matrix::from_fn(6, 6, |i, j| if i == j { 0.01 } else { 0.0 }),
+            scatter: 0.01,
+            within: [0.0, 0.02],
+            offset: [0.0; 2],
+        };
+        // Where nothing heats, readings in K are just 273.15 K too large; elsewhere heat took some of it.
+        let warnings = |cold: f64, hot: f64| {
+            let against = move |r: &GasReading| Some([if r.point == 0 { cold } else { hot }, 0.2]);
+            let prior = [[0.9, 0.15], [5.0, 3.0]];
+            let readings = [read(0), read(1)];
+            HeatedFit::new(&found, prior, &readings, against, |r| r.point == 0, [0.5, 0.0], |_| "h")
+                .warnings()
+        };
+        let named = |all: &[String]| all.iter().any(|w| w.contains("write `temperature [K]`"));
+        assert!(named(&warnings(273.15, 180.0)), "{:?}", warnings(273.15, 180.0));
+        assert!(!named(&warnings(20.0, 20.0)), "{:?}", warnings(20.0, 20.0));
     }
 
     #[test]
