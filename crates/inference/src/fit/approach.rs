@@ -5,7 +5,7 @@ use super::posterior::Posterior;
 use super::settle::Settled;
 use crate::density::{Calls, Gaussian, Method, Minimum, SAME_MODE, TrustRegion, minimise};
 use crate::error::InferenceError;
-use crate::problem::{NoiseMode, Prediction};
+use crate::problem::Prediction;
 use rijke_numerics::Order;
 
 /// Most alternations between parameters and noise before both are freed.
@@ -24,8 +24,8 @@ const LESS: f64 = 0.05;
 /// Gauss-Newton evaluations per stage before exact Hessians take over, each of which costs as much as some
 /// p/3 of them.
 const QUICK: usize = 60;
-/// Evaluations in the first turn with inferred noises: a search that needs more may have too small a noise,
-/// see [`Posterior::raise_noise`].
+/// Evaluations of the first turn where noises are inferred. A search that needs more may have too small a
+/// noise, which [`Posterior::raised`] raises.
 const HELD: usize = 3 * QUICK;
 
 /// Where a rough search has come: within about a tenth of a standard deviation of a maximum, if it has
@@ -74,8 +74,7 @@ impl Posterior<'_> {
         known: &[Gaussian],
     ) -> Result<Approach, InferenceError> {
         let floats = !self.floating().is_empty();
-        let of_inferred = |g: &usize| matches!(self.data().groups()[*g].mode, NoiseMode::Inferred { .. });
-        let inferred = self.floating().iter().any(of_inferred);
+        let inferred = self.infers_noise();
         let Approach { mut z, mut small, mut calls, mut cost, mut ln_likelihood, .. } = from;
         let (p, mut settled) = (self.parameters().len(), false);
         for turn in 0..STAGES {
@@ -116,8 +115,8 @@ impl Posterior<'_> {
         Ok(Approach { z, small, calls, cost, ln_likelihood, settled })
     }
 
-    /// Raises inferred noises that lie far below the residuals where no search with them ends: chi-squared is
-    /// too steep. Whether J is lower with them, which are then those of `z`.
+    /// Raises the inferred noises in `z` that lie far below the residuals, if J falls by it; whether it did.
+    /// With them chi-squared is so steep that a search may not end.
     fn raised(&self, z: &mut [f64], prediction: &Prediction) -> bool {
         let cost = |z: &[f64]| {
             let values = prediction.values.clone();

@@ -6,7 +6,6 @@ use super::posterior::Posterior;
 use super::settle::Settled;
 use crate::density::{Calls, Method, Minimum, Objective, Stop, TrustRegion, minimise};
 use crate::error::InferenceError;
-use crate::problem::NoiseMode;
 use rijke_numerics::{Matrix, Order};
 use serde::{Deserialize, Serialize};
 
@@ -124,8 +123,7 @@ impl Posterior<'_> {
             ..*search
         };
         let fit = self.next_to(near, left)?;
-        let inferred = |g: &usize| matches!(self.data().groups()[*g].mode, NoiseMode::Inferred { .. });
-        if !self.floating().iter().any(inferred) {
+        if !self.infers_noise() {
             return Ok(fit);
         }
         let mut raised = fit.working.clone();

@@ -141,6 +141,12 @@ impl Posterior<'_> {
         found
     }
 
+    /// Whether any noise is inferred, that is, has a prior.
+    pub(crate) fn infers_noise(&self) -> bool {
+        let inferred = |g: &usize| matches!(self.data().groups()[*g].mode, NoiseMode::Inferred { .. });
+        self.floating().iter().any(inferred)
+    }
+
     /// Raises inferred noises that lie far below what the residuals have beyond the floor; whether there are
     /// any. Below the floor J hardly depends on a noise but for its prior, at whose median a search then
     /// ends.
