@@ -6,6 +6,9 @@ use crate::error::InferenceError;
 use crate::problem::Prediction;
 use rijke_numerics::Order;
 
+/// The mean of squares of residuals over their variances at which a model misses the data.
+const MISSED: f64 = 10.0;
+
 impl Posterior<'_> {
     /// r' C^-1 r of every observation, r being what the prediction of a fit leaves and C the covariance
     /// there: twice the drop of ln likelihood against data that lie on the prediction.
@@ -22,5 +25,15 @@ impl Posterior<'_> {
         let exact = ln(self.data().observations().iter().flat_map(|o| o.values.iter().copied()).collect())?;
         let fitted = ln(self.predict(&fit.parameters, Order::Value)?.values)?;
         Ok(exact.iter().zip(&fitted).map(|(exact, fitted)| 2.0 * (exact - fitted)).collect())
+    }
+
+    /// Whether the residuals of a fit are far larger than their measured errors, or than these and the noise.
+    ///
+    /// # Errors
+    /// Those of [`Posterior::chi_squared`].
+    pub(crate) fn misses(&self, fit: &Fit) -> Result<bool, InferenceError> {
+        let predicted = self.predict(&fit.parameters, Order::Value)?.values;
+        let missed = MISSED * self.data().size() as f64;
+        Ok(self.leaves(&predicted, MISSED) || self.chi_squared(fit)?.iter().sum::<f64>() > missed)
     }
 }

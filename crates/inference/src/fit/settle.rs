@@ -141,6 +141,12 @@ impl Posterior<'_> {
         found
     }
 
+    /// Whether the residuals of some noise that floats are, in the mean of their squares over the measured
+    /// variances, larger than this.
+    pub(super) fn leaves(&self, predicted: &[f64], limit: f64) -> bool {
+        self.floating().iter().any(|&g| self.residuals_of(g, predicted).over() > limit)
+    }
+
     /// Whether any noise is inferred, that is, has a prior.
     pub(crate) fn infers_noise(&self) -> bool {
         let inferred = |g: &usize| matches!(self.data().groups()[*g].mode, NoiseMode::Inferred { .. });

@@ -58,8 +58,9 @@ const WIDER: f64 = 4.0;
 
 /// Finds the maxima of a posterior: from the centre of its prior and the `given` starts, from the images of
 /// what was found, from the best of `breadth.screened` points of the prior in batches of
-/// `breadth.random_starts`, for as long as a batch finds a new one, and half a batch from far outside of the
-/// prior.
+/// `breadth.random_starts`, for as long as a batch finds a new one, and half a batch from outside of the
+/// prior. Where the best of them contradicts its priors or misses the data, from where one parameter alone
+/// is far away, too.
 ///
 /// # Errors
 /// Those that are not recoverable, and that of the first start if no start leads anywhere.
@@ -109,6 +110,12 @@ pub(crate) fn explore(
         left -= far.len();
         if !search.batch(far, Origin::Own) {
             break;
+        }
+    }
+    if breadth.random_starts > 0 && search.is_in_doubt(search.best()) {
+        let far = search.beyond(batch);
+        if search.batch(far, Origin::Own) {
+            search.follow_images(&mut left, breadth.most_starts);
         }
     }
     Ok(search.done())
@@ -231,7 +238,7 @@ impl<'a> Search<'a> {
         ordered.into_iter().map(|(_, a)| Approach { calls: Calls::default(), ..a }).collect()
     }
 
-    fn best(&self) -> &Peak {
+    pub(super) fn best(&self) -> &Peak {
         &self.found.peaks[self.best_place()]
     }
 
@@ -329,7 +336,7 @@ impl<'a> Search<'a> {
 }
 
 /// What a point costs without its prior, where that is known apart.
-fn misfit(at: &Approach) -> f64 {
+pub(super) fn misfit(at: &Approach) -> f64 {
     if at.ln_likelihood.is_finite() { -at.ln_likelihood } else { at.cost }
 }
 

@@ -1,8 +1,9 @@
 //! All maxima: the search from many starts (`explore`), what it stands on (`terrain`), the maxima side by
-//! side (`modes`); starts of delays (`scan`).
+//! side (`modes`); starts of delays (`scan`), and far outside of the prior (`beyond`).
 //!
 //! Knows the evidence of each maximum, and does not ask whether it can be trusted.
 
+mod beyond;
 mod explore;
 mod linkage;
 mod modes;

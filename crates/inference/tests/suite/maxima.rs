@@ -303,3 +303,57 @@ fn exact_no_more_searches_than_allowed() {
         assert_eq!(starts(most), most);
     }
 }
+
+/// A wave of known frequencies: gain and delay, in the order of the parameters.
+struct Wave(Vec<f64>);
+
+impl Forward for Wave {
+    fn predict(&self, a: &[f64], _: Order) -> Result<Prediction, ForwardError> {
+        let [gain, delay] = [a[0], a[1]];
+        let each = self.0.iter().map(|w| [w * delay, *w]);
+        let turned: Vec<([f64; 2], f64)> = each.map(|[phase, w]| ([phase.cos(), phase.sin()], w)).collect();
+        let n = turned.len();
+        Ok(Prediction {
+            values: turned.iter().map(|([c, _], _)| gain * c).collect(),
+            jacobian: Matrix::from_fn(n, 2, |i, j| {
+                let ([c, s], w) = turned[i];
+                if j == 0 { c } else { -gain * w * s }
+            }),
+            curvature: turned.iter().flat_map(|([c, s], w)| [0.0, -w * s, -gain * w * w * c]).collect(),
+        })
+    }
+}
+
+/// The delay is 2.6 and was expected at 12 +- 0.5, 19 prior sd away; starts over the prior and four times as
+/// widely end where the gain is small, or has the other sign. With a vague prior of the gain nothing there
+/// contradicts a prior, and the floated noise takes all.
+#[test]
+fn behaviour_a_prior_nineteen_deviations_off_hides_no_better_maximum() {
+    let model = Wave((0..96).map(|k| 0.6 + 0.0125 * f64::from(k)).collect());
+    for (gain_sd, floats) in [(3.0, true), (0.3, false)] {
+        for seed in 0..20 {
+            let mut stream = Streams::new(seed).stream("wave");
+            let mut values = model.predict(&[0.8, 2.6], Order::Value).unwrap().values;
+            for v in &mut values {
+                *v += 0.01 * stream.sample::<f64, _>(rand_distr::StandardNormal);
+            }
+            let all: Vec<usize> = (0..values.len()).collect();
+            let measured = Matrix::diagonal(&vec![1e-4; values.len()]);
+            let reading = Observation::new("wave", values).with_independent_noise(0, &all);
+            let (reading, noise) = if floats {
+                (reading.with_floor(measured), NoiseGroup::floated("misfit", "1"))
+            } else {
+                (reading, NoiseGroup::fixed("noise", "1", 0.01))
+            };
+            let data = Data::new(vec![reading], vec![noise]).unwrap();
+            let parameters = vec![normal("gain", 0.9, gain_sd), normal("delay", 12.0, 0.5)];
+            let parameters = Parameters::new(parameters).unwrap();
+            let options = AssessOptions { streams: Streams::new(seed), ..AssessOptions::default() };
+            let a = assess(&model, &data, &parameters, &options).unwrap();
+            assert!((a.fit.parameters[1] - 2.6).abs() < 0.1, "{gain_sd} {seed}: {:?}", a.fit.parameters);
+            let said =
+                a.health.warnings.iter().any(|w| w.contains("delay") && w.contains("sd from its prior"));
+            assert!(said, "{:?}", a.health.warnings);
+        }
+    }
+}
