@@ -91,6 +91,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failed> {
     ));
     ui.warn(&study.unused());
     ui.warn(&doubts_of(&study));
+    study.taken_as_exact().iter().for_each(|said| ui.say(said));
     match (&observed, &recorded) {
         (Some(o), _) => {
             ui.say(format!("observations: {}", counted(o.modes.len(), "mode")));

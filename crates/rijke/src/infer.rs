@@ -76,8 +76,9 @@ fn print(ui: &Ui, found: &[InferredNetwork]) {
         && lead < decides
     {
         ui.say(format!(
-            "not decided: {} leads by {lead:.1} nats, and {decides:.1} would decide",
-            best.file.display()
+            "not decided between {} and {}, {lead:.1} nats apart, where {decides:.1} would decide",
+            best.file.display(),
+            next.file.display()
         ));
     }
     for f in found {

@@ -60,6 +60,8 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failed> {
     }
     staged.commit()?;
     results.stages.iter().for_each(|stage| tell_stage(stage, ui));
+    let exact = study.taken_as_exact();
+    exact.iter().for_each(|said| ui.say(said));
     for v in &results.verdicts {
         ui.say(format!("{}: {} ({})", if v.holds { "holds" } else { "fails" }, v.statement, v.figure));
     }
@@ -69,8 +71,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failed> {
         all
     });
     let stages: Vec<Value> = stages.collect();
-    let mut result =
-        json!({ "dir": dir.join("results"), "stages": stages, "claims": results.verdicts, "doubts": doubts });
+    let mut result = json!({ "dir": dir.join("results"), "stages": stages, "claims": results.verdicts, "doubts": doubts, "exact": exact });
     if let Some(responses) = responses {
         result["responses"] = responses.shorts().into();
     }

@@ -100,6 +100,25 @@ impl Study {
         unused.into_iter().map(said).chain(idle).chain(lawless).chain(tolerated).collect()
     }
 
+    /// The factors that count as exact though predictions follow from them, in a sentence; none where each
+    /// states its errors.
+    #[must_use]
+    pub fn taken_as_exact(&self) -> Option<String> {
+        let names = self.plan.exact_factors(&self.rig, &self.campaign, &self.catalogue);
+        let (has, them) = match names.len() {
+            0 => return None,
+            1 => ("has no stated error and counts", "it"),
+            _ => ("have no stated errors and count", "them"),
+        };
+        let columns: Vec<String> = names.iter().map(|name| format!("{name}_sd")).collect();
+        Some(format!(
+            "{} {has} as exact: an error of the instrument that is the same at all points moves the parameters, and residuals need not show it; \
+             state {} in the campaign, and name {them} in `common_errors` of study.toml where one instrument was read at all points",
+            crate::source::listed(names.iter().copied()),
+            crate::source::listed(columns.iter().map(String::as_str))
+        ))
+    }
+
     /// What was observed: the rows of `observations/modes.csv`, then those of `pings.csv` as signal
     /// processing writes it. A study that has stages of responses too may lack both: then no mode was
     /// observed.

@@ -32,7 +32,7 @@ pub fn tell_foresight(study: &Study, stage: &StageForesight, tell: &dyn Tell) {
     {
         tell.say(format!(
             "  {} several of these points, which count as independent: if the rig changes from installation to installation, \
-             state `installation` in [stage.noise]",
+             give the size of these changes as `installation` in [stage.noise] of study.toml",
             if shared == 1 { "1 installation has".to_owned() } else { format!("{shared} installations each have") }
         ));
     }

@@ -136,11 +136,13 @@ fn assumed(stage: &StageRecord) -> Vec<String> {
 /// That the lead of a stage does not decide, where `model` goes on.
 fn undecided(stage: &StageRecord, model: &ModelRecord) -> Option<String> {
     let (other, behind) = stage.nearest().filter(|(_, behind)| *behind < stage.decides)?;
-    let (leader, lead) = if behind < 0.0 { (other, -behind) } else { (model, behind) };
-    let right = if behind < 0.0 { model.id.as_str() } else { "it" };
     Some(format!(
-        "not decided: {} leads by {lead:.1} nats, and {:.1} would decide; the numbers below hold only if {right} is right",
-        leader.id, stage.decides
+        "not decided between {} and {}, {:.1} nats apart, where {:.1} would decide; the numbers below are those of {}, and hold only if it is right",
+        model.id,
+        other.id,
+        behind.abs(),
+        stage.decides,
+        model.id
     ))
 }
 

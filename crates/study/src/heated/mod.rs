@@ -322,7 +322,7 @@ fn state(
     for (k, direction) in shared.iter().enumerate() {
         let along = |slopes: &[f64; VALUES]| slopes.iter().zip(direction).map(|(t, d)| t * d).sum();
         let change = nodes.iter().map(|t| along(&t.1)).collect();
-        state.errors.push(error(&format!("all points, direction {}", k + 1), change));
+        state.errors.push(error(&format!("all points, principal error {}", k + 1), change));
     }
     let change = nodes.iter().map(|t| scatter * (t.0 - heated.ambient[0])).collect();
     state.errors.push(error(point, change));

@@ -99,7 +99,7 @@ impl Plan {
     }
 
     /// What acts in the models of a stage: effects of the candidates of its roles, and of the rig itself.
-    fn effects_of<'a>(
+    pub(super) fn effects_of<'a>(
         &'a self,
         stage: &'a Stage,
         rig: &'a Rig,

@@ -3,6 +3,7 @@
 //! Knows the words of the file, and not what a stage finds.
 
 mod base;
+mod exact;
 mod idle;
 mod ids;
 mod maps;

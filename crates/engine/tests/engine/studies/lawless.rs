@@ -70,3 +70,38 @@ fn message_a_stage_whose_models_leave_an_end_free_is_refused() {
     let said = opened("not-on", &two("")).unwrap_err().to_string();
     assert!(said.contains("stage `later`: the downstream end"), "{said}");
 }
+
+/// A factor in a law counts as exact until the campaign states its errors; whether a part is there is no
+/// reading, and a factor that no law uses does not matter.
+#[test]
+fn message_factors_without_stated_errors_are_said_to_count_as_exact() {
+    let rig =
+        format!("{TUBE}[[element]]\nname = \"gauze\"\ntype = \"device\"\nat = \"0.4 m\"\npresent = \"g\"\n");
+    let law = |number: &str| {
+        format!(
+            "[[candidate]]\nid = \"drag\"\nrole = \"drag\"\nname = \"drag\"\ncite = [\"own judgement\"]\n\
+             parameters.k = {{ symbol = \"k\", unit = \"1/W\", prior = {{ normal = {{ mean = 1e-3, sd = 1e-3 }} }} }}\n\
+             [[candidate.effect]]\nacts_at = \"gauze\"\nmu = \"{number}\"\n"
+        )
+    };
+    let said = |name: &str, columns: [&str; 3], number: &str| {
+        let [head, a, b] = columns;
+        let campaign = format!("point,x [cm],g,T_amb [degC]{head}\na,100,1,20{a}\nb,80,0,20{b}\n");
+        let (law, plan) = (law(number), PLAN.replace("points = {}\n", "points = {}\ncompete = \"drag\"\n"));
+        let files = [
+            ("rig.toml", rig.as_str()),
+            ("campaign.csv", &campaign),
+            ("candidates/drag.toml", &law),
+            ("study.toml", &plan),
+        ];
+        Study::open(&two_points(name, &files).0).unwrap().taken_as_exact()
+    };
+    let two = [",Q [W],q [W]", ",20,1", ",30,2"];
+    let exact = said("exact", two, "k*(Q + g*q)*rho*c").unwrap();
+    assert!(exact.starts_with("Q, q have no stated errors and count as exact: "), "{exact}");
+    assert!(exact.contains("state Q_sd, q_sd in the campaign, and name them in `common_errors`"), "{exact}");
+    let one = said("exact-one", two, "k*Q*g*rho*c").unwrap();
+    assert!(one.starts_with("Q has no stated error and counts as exact: "), "{one}");
+    let stated = [",Q [W],Q_sd [W]", ",20,1", ",30,1"];
+    assert_eq!(said("exact-none", stated, "k*Q*g*rho*c"), None);
+}
