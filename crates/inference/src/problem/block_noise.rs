@@ -14,8 +14,9 @@ pub(crate) struct BlockNoise {
     structure: Matrix,
     /// U with S = U U', where it has few columns.
     directions: Option<Matrix>,
-    /// Whether many of its entries are not zero.
-    is_dense: bool,
+    /// The entries of S that are not zero: the row among `on`, the column in the block, and the entry; none
+    /// where they are many.
+    entries: Option<Vec<(usize, usize, f64)>>,
 }
 
 /// A structure with this many rows for each of its directions is multiplied by these.
@@ -29,13 +30,21 @@ impl BlockNoise {
         let on: Vec<usize> = (0..n).filter(|&i| structure.row(i).iter().any(|s| *s != 0.0)).collect();
         let structure = structure.select(&on);
         let directions = directions(&structure, on.len() / ROWS_OF_A_DIRECTION);
-        let entries = structure.as_slice().iter().filter(|s| **s != 0.0).count();
-        let is_dense = FEW * entries > on.len().pow(2);
-        Self { group, on, structure, directions, is_dense }
+        let each = (0..on.len()).flat_map(|a| (0..on.len()).map(move |b| (a, b)));
+        let entries: Vec<(usize, usize, f64)> = each
+            .filter(|&place| structure[place] != 0.0)
+            .map(|(a, b)| (a, on[b], structure[(a, b)]))
+            .collect();
+        let entries = Some(entries).filter(|entries| FEW * entries.len() <= on.len().pow(2));
+        Self { group, on, structure, directions, entries }
     }
 
     /// Adds `factor` S to a matrix of the block.
     pub(crate) fn add_to(&self, matrix: &mut Matrix, factor: f64) {
+        if let Some(entries) = &self.entries {
+            entries.iter().for_each(|&(a, j, s)| matrix[(self.on[a], j)] += factor * s);
+            return;
+        }
         for (a, &i) in self.on.iter().enumerate() {
             for (s, &j) in self.structure.row(a).iter().zip(&self.on) {
                 matrix[(i, j)] += factor * s;
@@ -45,6 +54,11 @@ impl BlockNoise {
 
     /// S x.
     pub(crate) fn times(&self, x: &[f64]) -> Vec<f64> {
+        if let Some(entries) = &self.entries {
+            let mut product = vec![0.0; x.len()];
+            entries.iter().for_each(|&(a, j, s)| product[self.on[a]] += s * x[j]);
+            return product;
+        }
         let own: Vec<f64> = self.on.iter().map(|&i| x[i]).collect();
         let mut product = vec![0.0; x.len()];
         for (a, &i) in self.on.iter().enumerate() {
@@ -55,6 +69,9 @@ impl BlockNoise {
 
     /// tr S A of a symmetric A.
     pub(crate) fn trace_with(&self, matrix: &Matrix) -> f64 {
+        if let Some(entries) = &self.entries {
+            return entries.iter().map(|&(a, j, s)| s * matrix[(self.on[a], j)]).sum();
+        }
         let row = |(a, &i): (usize, &usize)| -> f64 {
             let of_block = matrix.row(i);
             self.structure.row(a).iter().zip(&self.on).map(|(s, &j)| s * of_block[j]).sum()
@@ -67,15 +84,14 @@ impl BlockNoise {
     pub(crate) fn rows_times(&self, matrix: &Matrix) -> Matrix {
         let width = matrix.columns();
         let Some(u) = &self.directions else {
-            if self.is_dense {
+            let Some(entries) = &self.entries else {
                 let own = Matrix::from_fn(self.on.len(), width, |a, j| matrix[(self.on[a], j)]);
                 return self.structure.large_product(&own);
-            }
+            };
             let mut product = Matrix::zeros(self.on.len(), width);
-            for (a, to) in product.as_mut_slice().chunks_exact_mut(width.max(1)).enumerate() {
-                for (&s, &k) in self.structure.row(a).iter().zip(&self.on).filter(|(s, _)| **s != 0.0) {
-                    to.iter_mut().zip(matrix.row(k)).for_each(|(to, from)| *to += s * from);
-                }
+            for &(a, j, s) in entries {
+                let to = &mut product.as_mut_slice()[a * width..(a + 1) * width];
+                to.iter_mut().zip(matrix.row(j)).for_each(|(to, from)| *to += s * from);
             }
             return product;
         };
