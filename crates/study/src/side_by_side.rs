@@ -12,7 +12,7 @@ impl Study {
     /// Two parts at one place of which one answers to what the other changes, one of them an element of the
     /// rig's file: a sentence for each pair. All laws of a place answer to the state in front of it, so that
     /// neither is behind the other. Laws of candidates at parts without a law of their own add on purpose, as
-    /// those of a heater and of what holds it.
+    /// those of a gauze and of what holds it.
     pub(crate) fn side_by_side(&self) -> Vec<String> {
         let parts = 0..self.rig.parts.len();
         let by = |effects: &[&Effect]| -> Vec<Acts> {

@@ -1,4 +1,4 @@
-//! Columns of factors in tables of operating points: `X_h [m]`, `heater [1]`.
+//! Columns of factors in tables of operating points: `x_g [m]`, `gauze [1]`.
 
 use crate::apparatus::point::{FactorValue, OperatingPoint};
 use crate::problem::Problem;

@@ -134,9 +134,9 @@ pub fn heated_states(
     layouts: &[Option<RigAtPoint>],
 ) -> Result<(Vec<Option<PointState>>, HeatedFit), StudyProblem> {
     let (power, flow) = (campaign.known_factor(&plan.power)?, campaign.known_factor(&plan.flow)?);
-    let heater = Heater { rig, plan, power, flow, part: rig.part(&plan.at).map(|(k, _)| k) };
+    let heating = Heating { rig, plan, power, flow, part: rig.part(&plan.at).map(|(k, _)| k) };
     let heated = |p: usize| match (ambient[p], &layouts[p]) {
-        (Some(ambient), Some(layout)) => heater.heated(&campaign.points[p], ambient, layout),
+        (Some(ambient), Some(layout)) => heating.heated(&campaign.points[p], ambient, layout),
         _ => Ok(None),
     };
     readings.iter().try_for_each(|r| {
@@ -159,7 +159,7 @@ pub fn heated_states(
         let mut moved = point.clone();
         moved.factors[k] += STEP * point.factor_sds[k];
         let layout = rig.at(&moved, ambient[0]).ok()?;
-        let mut heated = heater.heated(&moved, ambient, &layout).ok()??;
+        let mut heated = heating.heated(&moved, ambient, &layout).ok()??;
         heated.compare(typical_flow);
         Some((k, state(rig, &moved.id, &heated, layout.length, values, &shared, found.scatter)))
     };
@@ -188,7 +188,7 @@ pub fn heated_states(
 }
 
 /// What heats the gas of a rig: the factors that are its power and the flow, and its part.
-struct Heater<'a> {
+struct Heating<'a> {
     rig: &'a Rig,
     plan: &'a HeatedFlow,
     power: usize,
@@ -196,7 +196,7 @@ struct Heater<'a> {
     part: Option<usize>,
 }
 
-impl Heater<'_> {
+impl Heating<'_> {
     /// The heated gas of a point; none of one that has no state.
     fn heated(
         &self,
