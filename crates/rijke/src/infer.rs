@@ -4,7 +4,7 @@
 use crate::ui::Ui;
 use rijke_engine::folder::{InferredNetwork, infer_networks};
 use rijke_engine::run::Trusted;
-use rijke_engine::told::not_identified;
+use rijke_engine::told::{not_decided, not_identified};
 use rijke_numerics::{Failed, StagedFolder, write_output};
 use serde_json::json;
 use std::{f64::consts::TAU, path::PathBuf};
@@ -75,11 +75,8 @@ fn print(ui: &Ui, found: &[InferredNetwork]) {
         && let decides = best.stage.decides
         && lead < decides
     {
-        ui.say(format!(
-            "not decided between {} and {}, {lead:.1} nats apart, where {decides:.1} would decide",
-            best.file.display(),
-            next.file.display()
-        ));
+        let files = [best, next].map(|found| found.file.display().to_string());
+        ui.say(not_decided([&files[0], &files[1]], lead, decides));
     }
     for f in found {
         ui.say(format!("{}:", f.file.display()));

@@ -71,7 +71,13 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failed> {
         all
     });
     let stages: Vec<Value> = stages.collect();
-    let mut result = json!({ "dir": dir.join("results"), "stages": stages, "claims": results.verdicts, "doubts": doubts, "exact": exact });
+    let mut result = json!({
+        "dir": dir.join("results"),
+        "stages": stages,
+        "claims": results.verdicts,
+        "doubts": doubts,
+        "exact": exact,
+    });
     if let Some(responses) = responses {
         result["responses"] = responses.shorts().into();
     }

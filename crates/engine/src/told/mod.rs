@@ -10,4 +10,4 @@ mod stage;
 pub use doubts::{not_identified, reasons};
 pub use foresight::tell_foresight;
 pub use responses::tell_responses;
-pub use stage::{doubts_of_stage, tell_heat, tell_stage};
+pub use stage::{doubts_of_stage, not_decided, tell_heat, tell_stage};

@@ -137,13 +137,18 @@ fn assumed(stage: &StageRecord) -> Vec<String> {
 fn undecided(stage: &StageRecord, model: &ModelRecord) -> Option<String> {
     let (other, behind) = stage.nearest().filter(|(_, behind)| *behind < stage.decides)?;
     Some(format!(
-        "not decided between {} and {}, {:.1} nats apart, where {:.1} would decide; the numbers below are those of {}, and hold only if it is right",
-        model.id,
-        other.id,
-        behind.abs(),
-        stage.decides,
+        "{}; the numbers below are those of {}, and hold only if it is right",
+        not_decided([&model.id, &other.id], behind.abs(), stage.decides),
         model.id
     ))
+}
+
+/// That two models are so many nats apart, and that it takes more to decide between them.
+#[must_use]
+pub fn not_decided([first, second]: [&str; 2], apart: f64, decides: f64) -> String {
+    format!(
+        "not decided between {first} and {second}, {apart:.1} nats apart, where {decides:.1} would decide"
+    )
 }
 
 /// What later stages make of the models that a stage leaves open.

@@ -42,6 +42,13 @@ pub(crate) struct Approach {
     pub(crate) settled: bool,
 }
 
+impl Approach {
+    /// The same after its calls were counted elsewhere.
+    pub(crate) fn counted(self) -> Self {
+        Self { calls: Calls::default(), ..self }
+    }
+}
+
 impl Posterior<'_> {
     /// Where a search from `start` begins: the floating noise is set to the residuals there. Costs one value
     /// of the model.

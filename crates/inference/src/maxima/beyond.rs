@@ -1,25 +1,23 @@
 //! Starts far outside of the prior, for a model that misses the data or contradicts its priors near it.
 
 use super::explore::{Search, misfit};
-use super::terrain::Peak;
-use crate::density::Calls;
 use crate::fit::Approach;
 use rayon::prelude::*;
 
-/// How far one parameter is moved from the centre of its prior in either direction, and in steps of what:
-/// prior standard deviations.
+/// One parameter is moved up to so many standard deviations of its prior from its centre, either way, ...
 const FARTHEST: f64 = 32.0;
+/// ... in steps of so many.
 const STEP: f64 = 2.0;
 
 impl Search<'_> {
-    /// Whether a better maximum may lie far outside of the prior: at this end of a search the data contradict
-    /// a prior, or the model misses them by much more than their measured errors.
-    pub(super) fn is_in_doubt(&self, peak: &Peak) -> bool {
-        let posterior = self.ground.posterior;
-        let Ok(laplace) = &peak.laplace else { return false };
-        let conflict = posterior.conflict(&peak.fit, laplace);
+    /// Whether a better maximum may lie far outside of the prior: at the best one known the data contradict a
+    /// prior, or the model misses them by much more than their measured errors.
+    pub(super) fn is_in_doubt(&self) -> bool {
+        let (posterior, best) = (self.ground.posterior, self.best());
+        let Ok(laplace) = &best.laplace else { return false };
+        let conflict = posterior.conflict(&best.fit, laplace);
         conflict.is_ok_and(|conflict| !conflict.warnings().is_empty())
-            || posterior.misses(&peak.fit).is_ok_and(|misses| misses)
+            || posterior.misses(&best.fit).is_ok_and(|misses| misses)
     }
 
     /// Where one parameter alone is far from the centre of the prior and fits the data better than at the
@@ -51,16 +49,16 @@ impl Search<'_> {
         good.retain(|a| !self.known_at(&a.z));
         good.sort_by(|a, b| misfit(a).total_cmp(&misfit(b)));
         good.truncate(most);
-        // Their calls are counted.
-        good.into_iter().map(|a| Approach { calls: Calls::default(), ..a }).collect()
+        good.into_iter().map(Approach::counted).collect()
     }
 }
 
 /// The points of a line whose misfit is no larger than at both neighbours, without that in the middle.
 fn lowest(line: Vec<Option<Approach>>) -> Vec<Approach> {
     let price: Vec<f64> = line.iter().map(|a| a.as_ref().map_or(f64::INFINITY, misfit)).collect();
-    let at = |k: Option<usize>| k.and_then(|k| price.get(k)).copied().unwrap_or(f64::INFINITY);
-    let low = |k: usize| price[k] <= at(k.checked_sub(1)).min(at(Some(k + 1)));
-    let low: Vec<bool> = (0..price.len()).map(|k| k != price.len() / 2 && low(k)).collect();
-    line.into_iter().zip(low).filter_map(|(a, low)| a.filter(|_| low)).collect()
+    let (middle, last) = (price.len() / 2, price.len().saturating_sub(1));
+    let is_low = |k: usize| {
+        k != middle && price[k] <= price[k.saturating_sub(1)] && price[k] <= price[(k + 1).min(last)]
+    };
+    line.into_iter().enumerate().filter_map(|(k, a)| a.filter(|_| is_low(k))).collect()
 }

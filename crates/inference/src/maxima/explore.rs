@@ -112,7 +112,7 @@ pub(crate) fn explore(
             break;
         }
     }
-    if breadth.random_starts > 0 && search.is_in_doubt(search.best()) {
+    if breadth.random_starts > 0 && search.is_in_doubt() {
         let far = search.beyond(batch);
         if search.batch(far, Origin::Own) {
             search.follow_images(&mut left, breadth.most_starts);
@@ -235,7 +235,7 @@ impl<'a> Search<'a> {
         ordered.sort_by_key(|(late, _)| *late);
         // The calls of those that no descent starts from.
         self.found.calls.value += ordered.len();
-        ordered.into_iter().map(|(_, a)| Approach { calls: Calls::default(), ..a }).collect()
+        ordered.into_iter().map(|(_, a)| a.counted()).collect()
     }
 
     pub(super) fn best(&self) -> &Peak {

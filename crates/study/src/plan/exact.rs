@@ -1,6 +1,7 @@
 //! Factors whose readings a study takes as exact though its predictions follow from them.
 
 use super::{Base, HeatedFlow, MeasuredGas, Plan};
+use crate::law::Effect;
 use crate::{Campaign, Catalogue, Rig};
 
 impl Plan {
@@ -17,10 +18,9 @@ impl Plan {
             Base::Measured(MeasuredGas { flow: Some(flow), .. }) => &[flow],
             _ => &[],
         };
-        let in_a_law = |place: usize| {
-            let mut effects = self.stages.iter().flat_map(|stage| self.effects_of(stage, rig, catalogue));
-            effects.any(|effect| effect.law.uses(place))
-        };
+        let effects = self.stages.iter().flat_map(|stage| self.effects_of(stage, rig, catalogue));
+        let effects: Vec<&Effect> = effects.collect();
+        let in_a_law = |place: usize| effects.iter().any(|effect| effect.law.uses(place));
         // Whether a part is there, 0 or 1, is no reading.
         let is_flag = |k: usize| campaign.points.iter().all(|p| p.factors[k] == 0.0 || p.factors[k] == 1.0);
         let is_exact = |k: usize| {
