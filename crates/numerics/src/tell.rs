@@ -8,6 +8,9 @@ pub trait Tell: Sync {
     /// A line of the result.
     fn say(&self, _line: String) {}
 
+    /// A table of the result: a heading for each column, and rows.
+    fn table(&self, _head: Vec<String>, _rows: Vec<Vec<String>>) {}
+
     /// A remark on the result: a warning, or where something was written.
     fn note(&self, _line: String) {}
 

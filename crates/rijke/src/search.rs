@@ -35,7 +35,7 @@ pub(crate) struct Args {
     every: bool,
     /// Train only shard K of N.
     #[arg(long, value_name = "K/N", value_parser = shard)]
-    shard: Option<Shard>,
+    shard: Option<[usize; 2]>,
     /// How many threads; 0 is one for each processor.
     #[arg(long, value_name = "N", default_value_t = 0)]
     threads: usize,
@@ -55,15 +55,10 @@ pub(crate) struct MergeArgs {
 }
 
 /// Which shard of how many.
-type Shard = [usize; 2];
-
-fn shard(text: &str) -> Result<Shard, String> {
+fn shard(text: &str) -> Result<[usize; 2], String> {
     let found = text.split_once('/').and_then(|(k, n)| Some([k.parse().ok()?, n.parse().ok()?]));
     found.filter(|[k, n]| (1..=*n).contains(k)).ok_or_else(|| "give K/N, such as 1/7 to 7/7".to_owned())
 }
-
-/// Rows that are printed; the tables have all.
-const SHOWN: usize = 12;
 
 pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failed> {
     let dir = &args.dir;
@@ -123,26 +118,9 @@ fn write(found: &SearchRecord, out: &Path, ui: &Ui) -> Result<(), Failed> {
     put(&tables.join("combinations.csv"), csv_table(found.combinations_table())?.as_bytes())?;
     put(&tables.join("choices.csv"), csv_table(found.choices_table())?.as_bytes())?;
     keep(&out.join("search.json"), found)?;
-    print(found, ui);
+    found.tell(ui);
     ui.note(format!("wrote {}", out.join("search.json").display()));
     ui.result(found)
-}
-
-fn print(found: &SearchRecord, ui: &Ui) {
-    let roles = found.roles();
-    found.tell_counts(ui);
-    let best = found.best.first().map_or(0.0, |c| c.ln_evidence);
-    let greedy = found.greedy.rank.unwrap_or(0);
-    let shown = found.best.iter().enumerate().filter(|(k, _)| *k < SHOWN || k + 1 == greedy);
-    let rows = shown.map(|(k, c)| {
-        let names: Vec<&str> =
-            roles.iter().filter_map(|role| c.candidates.get(*role).map(String::as_str)).collect();
-        let mark = if k + 1 == greedy { "  <- stage by stage" } else { "" };
-        let [nats, odds] = [format!("{:.1}", c.ln_evidence - best), format!("{:.4}", c.probability)];
-        [nats, odds, format!("{}{mark}", names.join(" + "))]
-    });
-    ui.table(["nats", "probability", "combination"], rows);
-    found.tell_rest(ui);
 }
 
 fn keep(path: &Path, what: &impl Serialize) -> Result<(), Failed> {

@@ -146,6 +146,10 @@ impl Tell for Ui {
         Self::say(self, line);
     }
 
+    fn table(&self, head: Vec<String>, rows: Vec<Vec<String>>) {
+        Self::table(self, head, rows);
+    }
+
     fn note(&self, line: String) {
         Self::note(self, line);
     }

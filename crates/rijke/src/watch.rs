@@ -8,10 +8,10 @@ use rijke_draw::plot_svg;
 use rijke_engine::folder::{observations, open_study, without_responses};
 use rijke_engine::run::{Leading, Sequence, Trusted};
 use rijke_intake::{Intake, ObserveOptions, Out, described};
-use rijke_numerics::words::{counted, with_sd};
+use rijke_numerics::words::counted;
 use rijke_numerics::{Classify, Failed, Lock, keep_others};
 use rijke_report::{LivePage, LivePart};
-use rijke_rig::{Arrivals, Arrived, Observations, RecordFolder, RecordSource};
+use rijke_rig::{Arrivals, Arrived, PointObservations, RecordFolder, RecordSource};
 use rijke_signal::{Kept, Processed};
 use rijke_study::Study;
 use serde_json::json;
@@ -168,7 +168,7 @@ impl Watch<'_> {
         let Some(records) = look.records.clone() else { return self.status.write(&self.live) };
         // Candidates and plan may be written while one measures.
         let study = open_study(&self.args.dir)?;
-        let point = |name: &String| Some((name.clone(), point_of(&records, name)?));
+        let point = |name: &String| Some((name.clone(), records.set().point_of(name)?.to_owned()));
         let last = look.changed.iter().rev().find_map(point);
         let shown = last.as_ref().map(|(name, _)| name.as_str());
         match self.process(records, study, shown) {
@@ -205,14 +205,14 @@ impl Watch<'_> {
 
     /// What was processed, in words.
     fn tell(&mut self, Processed { observations, .. }: &Processed, last: Option<&(String, String)>) {
-        let measured = |p: &&rijke_rig::PointObservations| p.ping.is_some() || p.click.is_some();
+        let measured = |p: &&PointObservations| p.ping.is_some() || p.click.is_some();
         self.status.points = observations.points.iter().filter(measured).count();
         let of = |r: &rijke_rig::Rejection| (r.record.clone(), r.reason.clone());
         self.status.rejected = observations.rejections.iter().map(of).collect();
         let Some((name, point)) = last else { return };
         let rejected = self.status.rejected.iter().find(|(record, _)| record == name);
-        let said =
-            rejected.map(|(_, why)| format!("rejected, {why}")).or_else(|| of_a_point(observations, point));
+        let of_point = || observations.points.iter().find(|p| p.point.id == *point).map(|p| p.said());
+        let said = rejected.map(|(_, why)| format!("rejected, {why}")).or_else(of_point);
         self.status.last = said.map_or_else(|| name.clone(), |said| format!("{name}: {said}"));
     }
 
@@ -295,24 +295,4 @@ impl Watch<'_> {
         self.ui.note(format!("finished: {}", page.display()));
         Ok(())
     }
-}
-
-/// The operating point to which a record belongs.
-fn point_of(records: &RecordFolder, name: &str) -> Option<String> {
-    let has = |p: &&rijke_rig::PointRecords| p.pings.iter().chain(&p.clicks).any(|file| file == name);
-    records.set().points.iter().find(has).map(|p| p.point.id.clone())
-}
-
-/// What the records of a point say together.
-fn of_a_point(observations: &Observations, id: &str) -> Option<String> {
-    let point = observations.points.iter().find(|p| p.point.id == id)?;
-    let counts = format!(
-        "{id} has {} and {}",
-        counted(point.ping_count as usize, "ping"),
-        counted(point.click_count as usize, "click")
-    );
-    let Some(ping) = &point.ping else { return Some(counts) };
-    let sd = |k: usize| ping.covariance[(k, k)].sqrt();
-    let [growth, frequency] = [(ping.s.re, sd(0)), (ping.s.im, sd(1))].map(|(value, sd)| with_sd(value, sd));
-    Some(format!("{counts}; growth rate {growth} 1/s, angular frequency {frequency} rad/s"))
 }

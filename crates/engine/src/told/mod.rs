@@ -3,6 +3,7 @@
 
 mod doubts;
 mod foresight;
+mod next;
 mod responses;
 mod search;
 mod stage;

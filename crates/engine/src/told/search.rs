@@ -4,6 +4,9 @@ use super::doubts::reasons;
 use crate::run::SearchRecord;
 use rijke_numerics::Tell;
 
+/// Rows that are said; the tables have all.
+const SHOWN: usize = 12;
+
 impl SearchRecord {
     /// The roles in which combinations differ.
     pub fn roles(&self) -> Vec<&str> {
@@ -47,8 +50,26 @@ impl SearchRecord {
         self.not_fitted.iter().map(|g| g.combinations).sum()
     }
 
+    /// Says how many combinations there are, which are the best, and what else is found.
+    pub fn tell(&self, tell: &dyn Tell) {
+        self.tell_counts(tell);
+        let roles = self.roles();
+        let best = self.best.first().map_or(0.0, |c| c.ln_evidence);
+        let greedy = self.greedy.rank.unwrap_or(0);
+        let shown = self.best.iter().enumerate().filter(|(k, _)| *k < SHOWN || k + 1 == greedy);
+        let rows = shown.map(|(k, c)| {
+            let names: Vec<&str> =
+                roles.iter().filter_map(|role| c.candidates.get(*role).map(String::as_str)).collect();
+            let mark = if k + 1 == greedy { "  <- stage by stage" } else { "" };
+            let [nats, odds] = [format!("{:.1}", c.ln_evidence - best), format!("{:.4}", c.probability)];
+            vec![nats, odds, format!("{}{mark}", names.join(" + "))]
+        });
+        tell.table(["nats", "probability", "combination"].map(str::to_owned).to_vec(), rows.collect());
+        self.tell_rest(tell);
+    }
+
     /// Says how many combinations there are.
-    pub fn tell_counts(&self, tell: &dyn Tell) {
+    fn tell_counts(&self, tell: &dyn Tell) {
         let (left, lost) = (self.left(), self.lost());
         tell.say(format!(
             "{} combinations over {}: {} trained completely, {left} pruned, {lost} could not be fitted; {} of {} models trained",
@@ -61,7 +82,7 @@ impl SearchRecord {
     }
 
     /// Says what is found besides the table of combinations.
-    pub fn tell_rest(&self, tell: &dyn Tell) {
+    fn tell_rest(&self, tell: &dyn Tell) {
         let (left, lost) = (self.left(), self.lost());
         for remark in self.best.first().into_iter().flat_map(|c| reasons(&c.remark)) {
             tell.say(format!("the first: {remark}"));

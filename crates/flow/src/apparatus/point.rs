@@ -8,7 +8,7 @@ pub const POSITION: &str = "X_h";
 /// Factor: 1 where the plates are in the tube.
 pub const PLATES: &str = "heater";
 /// Factor: 1 where the thermometers are in the tube.
-pub const THERMOMETERS: &str = "thermocouples";
+pub const THERMOMETERS: &str = "thermometers";
 /// Factor: electrical power of the plates, W.
 pub const POWER: &str = "Q_h";
 

@@ -89,7 +89,7 @@ fn exact_observations_know_their_tube_and_refuse_another() {
     };
     refused(
         &|o| rename("Q_h", "power", o),
-        "points.csv: factors: there is no column `Q_h`; the file has `X_h`, `heater`, `power`, `thermocouples`",
+        "points.csv: factors: there is no column `Q_h`; the file has `X_h`, `heater`, `power`, `thermometers`",
     );
     refused(&|o| rename("X_h", "x", o), "there is no column `X_h`");
     refused(

@@ -4,6 +4,7 @@ use super::channels::ChannelErrors;
 use crate::apparatus::geometry::Apparatus;
 use crate::apparatus::point::OperatingPoint;
 use crate::records::set::{DataKind, Day};
+use rijke_numerics::words::{counted, with_sd};
 use rijke_numerics::{C64, Matrix};
 use std::collections::BTreeMap;
 
@@ -119,6 +120,19 @@ pub struct PointObservations {
 }
 
 impl PointObservations {
+    /// What was measured, in words, for who measures: how many records count, and what their pings say
+    /// together.
+    #[must_use]
+    pub fn said(&self) -> String {
+        let (pings, clicks) = (self.ping_count as usize, self.click_count as usize);
+        let counts =
+            format!("{} has {} and {}", self.point.id, counted(pings, "ping"), counted(clicks, "click"));
+        let Some(ping) = &self.ping else { return counts };
+        let shown = |k: usize, value: f64| with_sd(value, ping.covariance[(k, k)].sqrt());
+        let [growth, frequency] = [shown(0, ping.s.re), shown(1, ping.s.im)];
+        format!("{counts}; growth rate {growth} 1/s, angular frequency {frequency} rad/s")
+    }
+
     /// A point at which nothing was measured.
     #[must_use]
     pub fn unmeasured(point: OperatingPoint, ambient: Day) -> Self {

@@ -134,6 +134,13 @@ pub trait RecordSource: Sync {
 }
 
 impl RecordSet {
+    /// The operating point of which the file `name` is a ping or a click.
+    #[must_use]
+    pub fn point_of(&self, name: &str) -> Option<&str> {
+        let has = |p: &&PointRecords| p.pings.iter().chain(&p.clicks).any(|file| file == name);
+        self.points.iter().find(has).map(|p| p.point.id.as_str())
+    }
+
     /// Checks that names resolve, ranges are sensible and every microphone has one channel.
     ///
     /// # Errors

@@ -97,8 +97,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<(), Failed> {
     let (mut study, places) =
         if asked.is_empty() { (study, every) } else { with_points(&study, &among, &asked).map_err(wrong)? };
     foresee(&mut study, &places, ui)?;
-    let conditions = Asked { study: &study, places: &places, asked: &asked, likes: &likes, measured };
-    conditions.tell(map.is_some(), ui);
+    Asked { study: &study, places: &places, asked: &asked, likes: &likes, measured }.tell(map.is_some(), ui);
     // Where the evidence decides, no other model is open.
     let open = open?;
     let (found, mut left_out) = forecast(&study, &observed, &model, &open, &places).map_err(wrong)?;

@@ -29,7 +29,7 @@ name = "Ramps"
 points = { where = { Q_h = { above = 0 } } }
 [[stage]]
 id = "empty-tube"
-points = { where = { X_h = "absent", Q_h = 0, thermocouples = false }, first = 1 }
+points = { where = { X_h = "absent", Q_h = 0, thermometers = false }, first = 1 }
 with = { wall = "wall.zwikker-kosten", ends = "ends.calibrated" }
 channels = true
 [stage.noise]
@@ -39,7 +39,7 @@ pressure = { median = 1e-3, ln_sd = 1.0 }
 varying = [{ parameter = "k_r", sd = 7e-5 }, { parameter = "k_i", sd = 0.0031 }]
 [[stage]]
 id = "cold"
-points = { where = { Q_h = 0, thermocouples = false, heater = true } }
+points = { where = { Q_h = 0, thermometers = false, heater = true } }
 on = "empty-tube"
 with = { prongs = "prongs.6", heater = "heater.wires" }
 channels = true
@@ -47,7 +47,7 @@ channels = true
 varying = [{ parameter = "k_r", sd = { median = 7e-5, ln_sd = 1.0 } }, { parameter = "k_i", sd = { median = 0.0031, ln_sd = 1.0 } }]
 [[stage]]
 id = "thermocouples"
-points = { where = { Q_h = 0, thermocouples = true } }
+points = { where = { Q_h = 0, thermometers = true } }
 on = "cold"
 with = { thermocouples = "thermocouples.paper" }
 channels = true
@@ -206,7 +206,7 @@ fn trained(folder: &Path, observations: &Observations, tube: &HeatedTube, lab: &
         let (plates, thermometers) = (u8::from(p.plates), u8::from(p.thermometers));
         format!("{},{},{at},{plates},{thermometers},{},{},{hot}\n", p.id, p.row, p.power, p.repeats)
     };
-    let head = "point,row,X_h [m],heater,thermocouples,Q_h [W],repeats,installation\n";
+    let head = "point,row,X_h [m],heater,thermometers,Q_h [W],repeats,installation\n";
     fs::write(folder.join("campaign.csv"), head.to_owned() + &points.iter().map(line).collect::<String>())
         .unwrap();
     observations.write(&folder.join("observations")).unwrap();

@@ -39,14 +39,14 @@ among = ["prongs.1", "prongs.5", "prongs.6"]
 [[stage]]
 id = "heater"
 title = "The cold heater"
-points = { where = { Q_h = 0, heater = true, thermocouples = false } }
+points = { where = { Q_h = 0, heater = true, thermometers = false } }
 on = "prongs"
 compete = "heater"
 
 [[stage]]
 id = "thermocouples"
 title = "The thermocouples"
-points = { where = { Q_h = 0, thermocouples = true } }
+points = { where = { Q_h = 0, thermometers = true } }
 on = "heater"
 with = { thermocouples = "thermocouples.paper" }
 
@@ -84,7 +84,7 @@ pub(crate) fn write(folder: &Path) {
     paper(folder);
     fs::remove_file(folder.join("paper.toml")).unwrap();
     let mut campaign =
-        "point,row,X_h [m],heater,thermocouples,Q_h [W],installation\nC3-E,C3,,0,0,0,empty\n".to_owned();
+        "point,row,X_h [m],heater,thermometers,Q_h [W],installation\nC3-E,C3,,0,0,0,empty\n".to_owned();
     for (row, heater, thermocouples, power) in ROWS {
         for x in POSITIONS {
             let (heater, thermocouples) = (u8::from(heater), u8::from(thermocouples));

@@ -149,7 +149,7 @@ pub(super) const CASES: [Case; 31] = [
         "condition on a factor that is none",
         |d| plan(d, "X_h = \"absent\"", "X_m = \"absent\""),
         RANK,
-        ["study.toml, line", "no factor called `X_m`", "X_h, heater, thermocouples, Q_h"],
+        ["study.toml, line", "no factor called `X_m`", "X_h, heater, thermometers, Q_h"],
     ),
     case(
         "stage to stop at that does not exist",
