@@ -101,3 +101,28 @@ fn halves(base: &PointState, from: f64, to: f64) -> [GasStretch; 2] {
         GasStretch { density, sound_speed, gas, ..parts[k] }
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::given;
+    use super::*;
+
+    #[test]
+    fn exact_a_cone_behind_another_duct_is_cut_where_it_lies() {
+        let ends = "name = 'horn'\n[upstream]\ntype = 'closed'\n[downstream]\ntype = 'open'\n";
+        let duct = "[[element]]\ntype = 'duct'\nlength = 0.4\ndiameter = 0.04\n";
+        let cone =
+            "[[element]]\ntype = 'duct'\nlength = 0.6\ndiameter = 0.04\ndiameter_end = 0.08\npieces = 3\n";
+        let (assembly, conditions) = given::at_one_point(&[ends, duct, cone].concat());
+        let edges = all(&assembly, &conditions, std::iter::once(0.1));
+        let expected = [0.0, 0.1, 0.4, 0.6, 0.8, 1.0];
+        assert_eq!(edges.len(), expected.len(), "{edges:?}");
+        assert!(edges.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12), "{edges:?}");
+        // Each piece has the area of its middle.
+        let pieces = segments(&conditions, &edges);
+        let areas = pieces.iter().map(|p| p.segment.area / conditions.layout.areas(0.1)[0]);
+        for (found, width) in areas.zip([1.0, 1.0, 7.0 / 6.0, 1.5, 11.0 / 6.0_f64]) {
+            assert!((found - width.powi(2)).abs() < 1e-9, "{found} {width}");
+        }
+    }
+}

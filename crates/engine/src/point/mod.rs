@@ -4,6 +4,8 @@ mod attach;
 mod cuts;
 mod doubled;
 mod fill;
+#[cfg(test)]
+pub(crate) mod given;
 mod hear;
 mod law;
 mod model;

@@ -168,6 +168,11 @@ pub(crate) fn add_lines(remark: &mut Option<String>, lines: impl IntoIterator<It
     *remark = remark.take().into_iter().chain(lines).reduce(|all, line| format!("{all}\n{line}"));
 }
 
+/// ln evidence of a model with that of later stages, if it was carried on.
+pub(super) fn with_later(carried: &[CarriedOn], id: &str) -> Option<f64> {
+    carried.iter().find(|c| c.id == id)?.ln_evidence
+}
+
 /// The model of most evidence beside the one called `chosen`, and by how many nats it lies behind that one;
 /// none where either could not be fitted.
 pub(super) fn nearest<'a>(models: &'a [ModelRecord], chosen: &str) -> Option<(&'a ModelRecord, f64)> {
@@ -230,10 +235,19 @@ impl StageRecord {
     }
 
     /// The best other model than the one that goes on, and by how many nats it lies behind that one; none
-    /// where there is no other.
+    /// where there is no other. Of models that were carried on, the evidence of later stages counts too.
     #[must_use]
     pub fn nearest(&self) -> Option<(&ModelRecord, f64)> {
-        nearest(&self.models, &self.chosen)
+        let Some(own) = self.with_later(&self.chosen) else { return nearest(&self.models, &self.chosen) };
+        let others = self.models.iter().filter(|m| m.id != self.chosen);
+        let behind = others.filter_map(|m| Some((m, own - self.with_later(&m.id)?)));
+        behind.min_by(|a, b| a.1.total_cmp(&b.1))
+    }
+
+    /// ln evidence of a model together with that of later stages, if it was carried on.
+    #[must_use]
+    pub fn with_later(&self, id: &str) -> Option<f64> {
+        with_later(&self.carried, id)
     }
 
     /// The probability of every model of the table, in its order, if all were as probable before and one of

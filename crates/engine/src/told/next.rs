@@ -11,8 +11,8 @@ const SHOWN: usize = 12;
 const NO_DIFFERENCE: f64 = 1e-3;
 
 impl Next {
-    /// Says what every point would bring, and the plan; `about` is the condition that was asked about, as it was
-    /// written.
+    /// Says what every point would bring, and the plan; `about` is the condition that was asked about, as it
+    /// was written.
     pub fn tell(&self, about: Option<&str>, tell: &dyn Tell) {
         let names = |k: usize| {
             let of = |m: &std::collections::BTreeMap<String, String>| m.values().cloned().collect::<Vec<_>>();

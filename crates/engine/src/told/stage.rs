@@ -187,11 +187,14 @@ fn still_asked(missing: &Missing) -> Vec<Line> {
     all.extend(missing.required().take(2).enumerate().map(|(k, family)| {
         let (Asked { strength: [value, sd], unit, gain, .. }, (beyond, probability)) =
             (&family.first, family.beyond);
-        let (word, gain) = if k == 0 { ("missing", *gain) } else { ("and beyond that", beyond) };
+        // The strength is that of the term alone, and says nothing of it beyond another.
+        let (word, gain, strength) = match k {
+            0 => ("missing", *gain, format!(" = {}", quantity(*value, *sd, unit))),
+            _ => ("and beyond that", beyond, String::new()),
+        };
         format!(
-            "{word}: {} = {}: {gain:+.1} nats expected, p = {probability:.3} ({})",
+            "{word}: {}{strength}: {gain:+.1} nats expected, p = {probability:.3} ({})",
             family.first.words(),
-            quantity(*value, *sd, unit),
             match family.like.len() {
                 0 => format!(
                     "the data distinguish it from the other {} terms that were tried",

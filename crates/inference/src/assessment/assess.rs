@@ -27,7 +27,8 @@ pub struct AssessOptions {
     pub random_starts: usize,
     /// Size of that sample, an evaluation of the model each.
     pub screened: usize,
-    /// Most searches. Those from the images to which an alias leads are not counted.
+    /// Most searches. Not counted are those from the images to which an alias leads, and some forty more
+    /// where the best maximum contradicts its priors or misses the data.
     pub most_starts: usize,
     /// Model calls spent on the importance-sampled evidence; zero leaves it out, and says so in the row.
     pub draws: usize,

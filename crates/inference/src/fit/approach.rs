@@ -19,6 +19,8 @@ const FIRST_TURN: f64 = 0.5;
 /// Change of ln sd at which the alternation ends: a share of its own standard deviation, which is 1/sqrt(2 n)
 /// for n data.
 const SETTLED: f64 = 0.02;
+/// Nats within which the noise of a turn is the best one.
+const REFINED: f64 = 1e-4;
 /// The share of floated noises that [`Posterior::with_less_noise`] leaves.
 const LESS: f64 = 0.05;
 /// Gauss-Newton evaluations per stage before exact Hessians take over, each of which costs as much as some
@@ -110,7 +112,7 @@ impl Posterior<'_> {
             // The stage ended with this very call of the model.
             let prediction = self.predict(&self.parameters().physical(&z[..p]), order)?;
             small = self.settle_noise(&mut z, &prediction.values);
-            self.refine_noise(&mut z, &prediction)?;
+            self.refine_noise(&mut z, &prediction, &before, REFINED)?;
             let raised = !settled && self.raised(&mut z, &prediction);
             let parts = self.parts_of(&z, prediction, Order::Value, None)?;
             (cost, ln_likelihood) = (-(parts.ln_likelihood + parts.ln_prior), parts.ln_likelihood);

@@ -217,21 +217,33 @@ impl Posterior<'_> {
     }
 
     /// Brings the floating noise from the root mean square of the residuals to the maximum of the posterior
-    /// with this prediction, which differs from it where data share noise; calls no model. A noise that has
-    /// none (its residuals vanish, or its floor explains them) stays where it is.
-    pub(crate) fn refine_noise(&self, z: &mut [f64], prediction: &Prediction) -> Result<(), InferenceError> {
+    /// with this prediction, which differs from it where data share noise, to within `tolerance` nats; calls
+    /// no model. Begins at the noise `before` where that is more probable. A noise that has none (its
+    /// residuals vanish, or its floor explains them) stays where it is.
+    pub(crate) fn refine_noise(
+        &self,
+        z: &mut [f64],
+        prediction: &Prediction,
+        before: &[f64],
+        tolerance: f64,
+    ) -> Result<(), InferenceError> {
         let p = self.parameters().len();
         let noise = NoiseAlone { posterior: self, prediction, z: z.to_vec() };
-        let search = TrustRegion { tolerance: 1e-6, max_evaluations: 10, ..TrustRegion::default() };
-        match minimise(&noise, &z[p..], &search) {
+        let cost = |noise_sd: &[f64]| {
+            noise.evaluate(noise_sd, Order::Value).map_or(f64::INFINITY, |energy| energy.value)
+        };
+        let from = if cost(before) < cost(&z[p..]) { before } else { &z[p..] };
+        let search = TrustRegion { tolerance, max_evaluations: 10, ..TrustRegion::default() };
+        match minimise(&noise, from, &search) {
             Ok(minimum) if minimum.stop.converged() => {
-                // Far below its residuals a noise leaves C to the floor, which may be singular: the search
-                // over everything decides that, not this one.
                 let near = minimum.z.iter().zip(&z[p..]).all(|(new, old)| (new - old).abs() < REACH);
-                // A structured block has its variance on the diagonal, and what its columns explain is not
-                // known before.
-                if near || self.data().observations().iter().all(|o| o.structured.is_some()) {
-                    z[p..].copy_from_slice(&minimum.z);
+                let there = [&z[..p], &minimum.z].concat();
+                // Far below its residuals, most of which errors that data share explain, a noise may leave C
+                // to the floor, which may be singular: the search over everything decides that, not this
+                // one. A structured block has its variance on the diagonal.
+                let structured = || self.data().observations().iter().all(|o| o.structured.is_some());
+                if near || structured() || self.vanished(&there).is_empty() {
+                    z.copy_from_slice(&there);
                 }
             }
             Ok(_) => {}

@@ -39,7 +39,8 @@ pub(crate) struct Breadth {
     pub(crate) screened: usize,
     /// Searches from the best of these in one batch; zero: from given starts and known images alone.
     pub(crate) random_starts: usize,
-    /// Most searches from places that nothing but a draw or the caller named.
+    /// Most searches from places that nothing but a draw or the caller named. Where the best maximum
+    /// contradicts its priors or misses the data, there are more.
     pub(crate) most_starts: usize,
 }
 
@@ -56,11 +57,19 @@ const PER_PLACE: usize = 3;
 /// starts from a sample of the prior taken so many times wider, where the likelihood is largest.
 const WIDER: f64 = 4.0;
 
+/// Where the best maximum contradicts its priors or misses the data, so many times a further sample of the
+/// prior is taken, of so many points, ...
+const DEEPER: usize = 4;
+const DEEP: usize = 64;
+/// ... and so many searches begin where the likelihood is largest. A maximum that fits may be so narrow that
+/// few draws lead to it.
+const STARTS_OF_DEEP: usize = 8;
+
 /// Finds the maxima of a posterior: from the centre of its prior and the `given` starts, from the images of
 /// what was found, from the best of `breadth.screened` points of the prior in batches of
 /// `breadth.random_starts`, for as long as a batch finds a new one, and half a batch from outside of the
 /// prior. Where the best of them contradicts its priors or misses the data, from where one parameter alone
-/// is far away, too.
+/// is far away, and from further samples of the prior, too.
 ///
 /// # Errors
 /// Those that are not recoverable, and that of the first start if no start leads anywhere.
@@ -116,6 +125,16 @@ pub(crate) fn explore(
         let far = search.beyond(batch);
         if search.batch(far, Origin::Own) {
             search.follow_images(&mut left, breadth.most_starts);
+        }
+        for round in 0..DEEPER {
+            if !search.is_in_doubt() {
+                break;
+            }
+            let mut more = search.sampled(&ground.spread(DEEP, 1.0, rounds + round), misfit);
+            more.truncate(STARTS_OF_DEEP);
+            if search.batch(more, Origin::Own) {
+                search.follow_images(&mut left, breadth.most_starts);
+            }
         }
     }
     Ok(search.done())

@@ -33,6 +33,8 @@ const TURNS: usize = 3;
 const EVALUATIONS: usize = 12;
 /// Drop in J, nats, at which a turn ends.
 const ROUGH: f64 = 0.5;
+/// Nats within which the noise of a turn is the best one.
+const REFINED: f64 = 0.02;
 
 /// A point of a scan with the other parameters fitted: its values of the scanned ones, J, and all parameters.
 struct Fitted {
@@ -140,8 +142,9 @@ impl Posterior<'_> {
             z = inner.filled(&minimum.z);
             // The turn ended with this very call of the model.
             let prediction = self.predict(&self.parameters().physical(&z[..p]), Order::First).ok()?;
+            let noise = z[p..].to_vec();
             self.settle_noise(&mut z, &prediction.values);
-            self.refine_noise(&mut z, &prediction).ok()?;
+            self.refine_noise(&mut z, &prediction, &noise, REFINED).ok()?;
             let parts = self.parts_of(&z, prediction, Order::Value, None).ok()?;
             let before = cost;
             cost = -(parts.ln_likelihood + parts.ln_prior);

@@ -357,3 +357,43 @@ fn behaviour_a_prior_nineteen_deviations_off_hides_no_better_maximum() {
         }
     }
 }
+
+/// A peak over two parameters at (1, -0.7), a tenth wide: far from it nothing depends on them.
+struct Needle;
+
+impl Forward for Needle {
+    fn predict(&self, a: &[f64], _: Order) -> Result<Prediction, ForwardError> {
+        let ([x, y], w) = ([a[0] - 1.0, a[1] + 0.7], 0.01);
+        let g = (-0.5 * (x * x + y * y) / w).exp();
+        let sizes = (1..=10).map(f64::from);
+        Ok(Prediction {
+            values: sizes.clone().map(|t| t * g).collect(),
+            jacobian: Matrix::from_fn(10, 2, |i, j| -(i as f64 + 1.0) * g * [x, y][j] / w),
+            curvature: sizes
+                .flat_map(|t| [x * x / w - 1.0, x * y / w, y * y / w - 1.0].map(|c| t * g * c / w))
+                .collect(),
+        })
+    }
+}
+
+/// One draw of the prior in a hundred leads to the only maximum that fits. A model that misses its data is
+/// sought further.
+#[test]
+fn behaviour_a_narrow_maximum_is_found_where_the_others_miss_the_data() {
+    let mut found = 0;
+    for seed in 0..20 {
+        let mut stream = Streams::new(seed).stream("needle");
+        let mut values = Needle.predict(&[1.03, -0.72], Order::Value).unwrap().values;
+        for v in &mut values {
+            *v += 0.1 * stream.sample::<f64, _>(rand_distr::StandardNormal);
+        }
+        let reading =
+            Observation::new("needle", values).with_independent_noise(0, &(0..10).collect::<Vec<_>>());
+        let data = Data::new(vec![reading], vec![NoiseGroup::fixed("noise", "1", 0.1)]).unwrap();
+        let parameters = Parameters::new(vec![normal("x", 0.0, 1.0), normal("y", 0.0, 1.0)]).unwrap();
+        let options = AssessOptions { streams: Streams::new(seed), ..AssessOptions::default() };
+        let a = assess(&Needle, &data, &parameters, &options).unwrap();
+        found += usize::from((a.fit.parameters[0] - 1.0).hypot(a.fit.parameters[1] + 0.7) < 0.1);
+    }
+    assert!(found >= 17, "{found} of 20");
+}

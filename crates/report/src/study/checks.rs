@@ -10,9 +10,10 @@ use std::collections::BTreeMap;
 pub(super) fn section(stage: &StageRecord) -> String {
     let Some(checks) = &stage.checks else { return String::new() };
     let sum = |s: &SumCheck| {
-        let said = s
-            .probability
-            .map_or_else(|| "as the noise was chosen from them".to_owned(), |p| format!("p = {}", chance(p)));
+        let said = s.probability.map_or_else(
+            || "no p: the size of their misfit was chosen so that this sum is near their number".to_owned(),
+            |p| format!("p = {}", chance(p)),
+        );
         format!("{} {:.1} of {} ({said})", s.what, s.chi_squared, s.count)
     };
     let sums: Vec<String> = checks.sums.iter().map(sum).collect();
@@ -43,8 +44,8 @@ pub(super) fn section(stage: &StageRecord) -> String {
     let doubts: String =
         checks.doubts().iter().map(|said| format!("<p>{}.</p>\n", html(&capitalised(said)))).collect();
     format!(
-        "{doubts}<p>Sum of squared residuals, in standard deviations of the noise, of how many data: {}. p is the share of data made by this model itself \
-         that leave a larger sum after the same fit.</p>\n<details><summary>Each point predicted from all others</summary><p>ln of \
+        "{doubts}<p>Sum of squared residuals, each over its whole variance (measured error, misfit, and errors that points share, such as that of the gas), \
+         of how many data: {}. p is the share of data made by this model itself that leave a larger sum after the same fit.</p>\n<details><summary>Each point predicted from all others</summary><p>ln of \
          the density of its data given those of all other points, to first order.{decided} * the model moves far without this point: do not trust its \
          number to 0.05 nats.</p><div class=\"wide\"><table><thead><tr><th>point</th><th>ln density, nats</th>{}<th>parameters move without it, \
          sd</th></tr></thead><tbody>\n{rows}</tbody></table></div></details>\n",

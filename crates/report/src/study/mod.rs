@@ -225,35 +225,50 @@ fn answer(stage: &StageRecord) -> Option<String> {
     if ranked < 2 {
         return None;
     }
-    let (winner, best) =
-        stage.models.iter().find(|m| m.id == stage.winner).and_then(|m| Some((m, total(m)?)))?;
-    let others = stage.models.iter().filter(|m| m.id != stage.winner).filter_map(|m| Some((m, total(m)?)));
-    let (second, next) = others.max_by(|a, b| a.1.total_cmp(&b.1))?;
+    // Of models that were carried on, later stages judge too.
+    let later = stage.with_later(&stage.chosen).is_some();
+    let worth = |m: &ModelRecord| if later { stage.with_later(&m.id) } else { total(m) };
+    let mut all: Vec<(&ModelRecord, f64)> =
+        stage.models.iter().filter_map(|m| Some((m, worth(m)?))).collect();
+    all.sort_by(|a, b| b.1.total_cmp(&a.1));
+    let [(first, best), (second, next), ..] = all[..] else { return None };
     let lead = best - next;
     let name = |m: &ModelRecord| html(&m.label);
-    let title = html(&stage.title);
-    Some(if lead > stage.decides.max(3.0) {
-        format!("{title}: <b>{}</b>, {lead:.1} nats ahead of {}.", name(winner), name(second))
-    } else {
-        let (first, other, rest) = apart(&winner.label, &second.label);
-        let (first, other) = (html(&first), html(&other));
-        format!(
-            "{title}: not decided between <b>{first}</b> and {other}, which is {lead:.1} nats behind: odds of {:.1} to 1.{rest}",
-            lead.exp()
-        )
-    })
+    let (title, by) = (html(&stage.title), if later { " by this and later stages" } else { "" });
+    if lead > stage.decides.max(3.0) {
+        return Some(format!(
+            "{title}: <b>{}</b>, {lead:.1} nats ahead of {}{by}.",
+            name(first),
+            name(second)
+        ));
+    }
+    let (one, other, mut rest) = apart(&first.label, &second.label);
+    let open = all.iter().filter(|(_, worth)| best - worth < stage.decides).count();
+    if let Some(goes_on) = chosen(stage).filter(|_| open > 2) {
+        rest += &format!(
+            " In all {open} models are within {} nats; the numbers below are those of {}.",
+            stage.decides, goes_on.label
+        );
+    }
+    Some(format!(
+        "{title}: not decided between <b>{}</b> and {}, which is {lead:.1} nats behind{by}: odds of {:.1} to 1.{}",
+        html(&one),
+        html(&other),
+        lead.exp(),
+        html(&rest)
+    ))
 }
 
 /// What two models are called where they differ, and a sentence if they share more than that.
-fn apart(a: &str, b: &str) -> (String, String, &'static str) {
+fn apart(a: &str, b: &str) -> (String, String, String) {
     let [one, other] = [a, b].map(|label| label.split("; ").collect::<Vec<_>>());
     let differ: Vec<(&str, &str)> =
         one.iter().copied().zip(other.iter().copied()).filter(|(x, y)| x != y).collect();
     if one.len() != other.len() || differ.is_empty() || differ.len() == one.len() {
-        return (a.to_owned(), b.to_owned(), "");
+        return (a.to_owned(), b.to_owned(), String::new());
     }
     let (first, second): (Vec<&str>, Vec<&str>) = differ.into_iter().unzip();
-    (first.join("; "), second.join("; "), " All else is the same in both.")
+    (first.join("; "), second.join("; "), " All else is the same in both.".to_owned())
 }
 
 fn section(head: &StudyHead, stage: &StageRecord) -> String {

@@ -4,6 +4,7 @@ use super::head::StudyHead;
 use super::numbers::{chance, three_digits, with_uncertainty};
 use rijke_draw::html;
 use rijke_engine::run::{CarriedOn, ModelRecord, StageRecord, TrainedParameter};
+use rijke_numerics::words::capitalised;
 use std::collections::BTreeMap;
 
 /// The model that goes on.
@@ -19,8 +20,10 @@ pub(super) fn total(model: &ModelRecord) -> Option<f64> {
 /// The models, best first.
 pub(super) fn ranking(stage: &StageRecord, published: Option<&BTreeMap<String, [f64; 3]>>) -> String {
     let models = stage.by_evidence();
-    if models.len() < 2 {
-        return String::new();
+    // Nothing competes; what speaks against the only model is said all the same.
+    if let [] | [_] = models[..] {
+        let said = |line: &str| format!("<p class=\"warn\">{}.</p>\n", html(&capitalised(line)));
+        return models.iter().flat_map(|only| only.remarks().map(said)).collect();
     }
     // Where pressures were heard.
     let shapes = models.iter().any(|m| m.misfit[2] > 0.0);

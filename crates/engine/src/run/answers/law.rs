@@ -124,8 +124,8 @@ impl Ask for Law {
         let panels = vec![panel(1), panel(3)];
         let divided = self.per.as_ref().map_or(String::new(), |per| format!(", divided by {per}"));
         let mut caption = format!(
-            "{law} of {} at {}{divided}, at s = i omega, with two standard deviations (bands). Dots: frequencies at which modes were measured. Elsewhere \
-             nothing was measured, and the curve follows from the form of the law.",
+            "{law} of {} at {}{divided}, at s = i omega, with two standard deviations (bands). Dots: what the model has at the frequencies of the modes \
+             that were measured at these points; between and beyond them the curve follows from the form of the law.",
             candidates[candidate].id, acts.place_text
         );
         if different > shown.len() {

@@ -2,14 +2,15 @@
 
 use super::library::{self, Library};
 use crate::observed::Used;
+use crate::point::given;
 use crate::predictor::Predictor;
 use crate::run::{Run, Trusted};
-use crate::{Assembly, Conditions, Observed, PointModel};
+use crate::{Assembly, Observed, PointModel};
 use rijke_inference::Forward;
 use rijke_network::Workspace;
 use rijke_numerics::{C64, Order};
-use rijke_study::names::{AREA, DENSITY, DIAMETER, PERIMETER, SOUND_SPEED};
-use rijke_study::{OneTable, PointState, Study};
+use rijke_study::Study;
+use rijke_study::names::{AREA, DENSITY, DIAMETER, GAMMA, PERIMETER, PRANDTL, SOUND_SPEED, VISCOSITY};
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
 use std::path::Path;
@@ -83,6 +84,38 @@ fn exact_effects_that_a_model_lacks_move_it_as_if_it_had_them() {
     near(3e-4, &layers, C64::ONE, &eta);
 }
 
+/// Losses per metre of viscosity and of conduction, in rho c and 1/(rho c), move a mode as Kirchhoff's two
+/// laws do, divided by what these are there: in gas that is the same everywhere.
+#[test]
+fn exact_losses_per_metre_move_a_mode_as_those_of_a_wall() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/quarter-wave");
+    let study = Study::open(&folder).unwrap();
+    let run = Run::new(study.clone(), &study.observations().unwrap(), Trusted::Laplace).unwrap();
+    let observed = run.observed.iter().find(|o| o.conditions.base.is_uniform()).unwrap();
+    let ids = ["wall.kirchhoff", "inlet.rigid", "mouth.thick"];
+    let candidates = ids.iter().map(|id| study.catalogue.get(id).unwrap().clone()).collect();
+    let assembly = Assembly::new(Arc::new(study.rig.clone()), candidates, &BTreeMap::new()).unwrap();
+    let values: Vec<f64> = assembly.parameters().iter().map(|p| p.prior.quantile(0.5)).collect();
+    let eta = values[assembly.parameters().iter().position(|p| p.name == "eta").unwrap()];
+    let point = PointModel::with_cuts(&assembly, &observed.conditions, &[0, 1, 2], &[]).unwrap();
+    let found = point
+        .starting_from(observed.near)
+        .probe(&values, &observed.conditions, &mut Workspace::default())
+        .unwrap();
+    let around = observed.conditions.around(0.1);
+    let (rho, c) = (around[DENSITY], around[SOUND_SPEED]);
+    // Kirchhoff's laws as the candidate writes them.
+    let viscous = eta * 4.0 / around[DIAMETER] * (found.s * rho * around[VISCOSITY]).sqrt();
+    let thermal = viscous * (around[GAMMA] - 1.0) / (rho * c).powi(2) / around[PRANDTL].sqrt();
+    let strengths = [viscous / (rho * c), thermal * rho * c];
+    for (k, (loss, strength)) in found.walls.iter().zip(strengths).enumerate() {
+        let (_, law) = found.laws.iter().find(|(owner, _)| *owner == [0, k]).unwrap();
+        for (moved, expected) in loss.as_ref().unwrap().iter().zip(law) {
+            assert!((moved * strength - expected).norm() < 1e-9 * expected.norm(), "{k}: {moved} {expected}");
+        }
+    }
+}
+
 /// A parameter that grows as a factor changes each number by its own derivative, times that factor there:
 /// against differences of the model.
 #[test]
@@ -142,18 +175,7 @@ fn exact_laws_of_spread_flames_are_each_of_its_own_flame() {
     let ends = "name = 'tube'\n[upstream]\ntype = 'closed'\n[downstream]\ntype = 'constant'\nmodulus = 0.95\nangle = 3.0\n";
     let text =
         [ends, duct, &flame("first"), duct, &flame("second"), duct, &unknown("first"), &unknown("second")];
-    let folder = std::env::temp_dir().join(format!("rijke-spread-{}", std::process::id()));
-    std::fs::create_dir_all(&folder).unwrap();
-    let [rig, table] = ["rig.toml", "modes.csv"].map(|file| folder.join(file));
-    std::fs::write(&rig, text.concat()).unwrap();
-    std::fs::write(&table, "growth_rate,growth_rate_sd,frequency,frequency_sd\n-10,1,70,1\n").unwrap();
-    let (study, _) = OneTable::read(&rig, &table).unwrap().study().unwrap();
-    std::fs::remove_dir_all(&folder).unwrap();
-    let point = study.campaign.points[0].clone();
-    let layout = study.rig.at(&point, 293.15).unwrap();
-    let base = PointState::of_the_rig(&study.rig, &layout, &point, [293.15, 0.0]).unwrap();
-    let conditions = Conditions { id: point.id.clone(), point, layout, base, displaced: Vec::new() };
-    let assembly = Assembly::new(Arc::new(study.rig.clone()), Vec::new(), &BTreeMap::new()).unwrap();
+    let (assembly, conditions) = given::at_one_point(&text.concat());
     let (values, work) = ([0.3, 0.2], &mut Workspace::default());
     let model = PointModel::with_cuts(&assembly, &conditions, &[], &[]).unwrap();
     let found = model.probe(&values, &conditions, work).unwrap();

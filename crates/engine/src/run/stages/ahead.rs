@@ -6,8 +6,8 @@
 //! standard deviations.
 
 use super::super::course::{Beside, Chosen, Done, Found, Near, Run, Trusted};
-use super::super::record::{CarriedOn, CarriedStage, ModelRecord};
-use super::compete::{best_of, goes_on, with_later};
+use super::super::record::{CarriedOn, CarriedStage, ModelRecord, with_later};
+use super::compete::{best_of, goes_on};
 use crate::EngineError;
 use crate::rows::{Choice, Row};
 use rayon::prelude::*;
@@ -19,11 +19,13 @@ use std::collections::BTreeSet;
 const MOST: usize = 8;
 /// A model of a later stage that trails by more nats on the first model here is not tried on the others.
 const REACH: f64 = 25.0;
+/// Of more models of a later stage than this, only the best on the first model here are tried on the others.
+const WIDEST: usize = 32;
 
 impl Run {
     /// Carries on every model within `decides` nats of the best of its stage, of many the best [`MOST`]. No
-    /// model is carried on where the stage decides or nothing stands on it. The evidence of later stages is
-    /// Laplace's, at the best of a few maxima.
+    /// model is carried on where the stage decides or nothing stands on it. The evidence of later stages is,
+    /// for the first of them, what these stages find; for the others Laplace's, at the maxima near to those.
     pub(in crate::run) fn carried_on(
         &self,
         stage: &Stage,
@@ -83,8 +85,8 @@ impl Run {
         let taken = Done::of(choice.clone(), chosen.clone());
         let mut run = self.standing_on(self.done.iter().cloned().chain([taken]).collect());
         run.near = near.cloned().unwrap_or_default();
-        let checked = self.trusted != Trusted::Laplace && near.is_none();
-        run.trusted = if checked { Trusted::Searched } else { Trusted::Laplace };
+        // The rows of the first are those of the study, unless later stages overrule it.
+        run.trusted = if near.is_none() { self.trusted } else { Trusted::Laplace };
         let mut found = Later { ln_evidence: 0.0, best: Vec::new(), near: Near::new(), open: Vec::new() };
 
         while let Some(stage) = run.study.plan.stages.get(run.done.len()).cloned() {
@@ -98,10 +100,10 @@ impl Run {
             if counts {
                 let ModelRecord { id: model, parameters, .. } = results[winner].0.clone();
                 found.ln_evidence += best;
-                let reach = results.iter().filter(|(m, _)| m.ln_evidence() >= best - REACH);
-                found
-                    .near
-                    .extend(reach.map(|(m, _)| ([stage.id.clone(), m.id.clone()], m.parameters.clone())));
+                let mut reach: Vec<&ModelRecord> = within_reach(results.iter().map(|(m, _)| m)).collect();
+                reach.sort_by(|a, b| b.ln_evidence().total_cmp(&a.ln_evidence()));
+                let started = |m: &&ModelRecord| ([stage.id.clone(), m.id.clone()], m.parameters.clone());
+                found.near.extend(reach.iter().take(WIDEST).map(started));
                 found.best.push(CarriedStage { stage: stage.id.clone(), model, parameters });
                 for (row, (m, trained)) in rows.iter().zip(&results) {
                     let odds = (m.ln_evidence() - best).exp();
@@ -175,6 +177,25 @@ impl Run {
         }
         causes.into_iter().cloned().collect()
     }
+}
+
+/// The models of a later stage that come within [`REACH`] of its best.
+fn within_reach<'a>(
+    models: impl Iterator<Item = &'a ModelRecord> + Clone,
+) -> impl Iterator<Item = &'a ModelRecord> {
+    let best = models.clone().map(ModelRecord::ln_evidence).fold(f64::NEG_INFINITY, f64::max);
+    models.filter(move |m| m.ln_evidence() >= best - REACH)
+}
+
+/// What is said of models of a stage that were not tried on all that earlier stages leave open.
+pub(super) fn not_tried(models: &[ModelRecord]) -> Option<String> {
+    let near = within_reach(models.iter()).count();
+    (near > WIDEST).then(|| {
+        format!(
+            "{near} models here lie within {REACH} nats of the best, and only the best {WIDEST} were tried on the other models that earlier stages leave \
+             open: averages leave the rest out, and `rijke search` weighs all"
+        )
+    })
 }
 
 /// Of the models that were carried on, those beside the one called `chosen`, each with its odds against that

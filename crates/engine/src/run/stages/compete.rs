@@ -2,7 +2,7 @@
 
 use super::super::course::{CONTENDS, Chosen, Found, Run, StandsOn, Trusted};
 use super::super::points::inputs::selected;
-use super::super::record::{CarriedOn, ModelRecord};
+use super::super::record::{CarriedOn, ModelRecord, with_later};
 use super::earlier::Earlier;
 use crate::EngineError;
 use crate::rows::Row;
@@ -54,11 +54,6 @@ impl Run {
         }
         Ok((rows, results))
     }
-}
-
-/// ln evidence of a model with that of later stages, if it was carried on.
-pub(in crate::run) fn with_later(carried: &[CarriedOn], id: &str) -> Option<f64> {
-    carried.iter().find(|c| c.id == id)?.ln_evidence
 }
 
 pub(in crate::run) fn best_of(results: &[Found]) -> f64 {

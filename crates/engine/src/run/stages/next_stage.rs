@@ -2,10 +2,12 @@
 
 use super::super::course::{Beside, Done, Run, Trusted};
 use super::super::points::inputs::selected;
-use super::super::record::{CarriedOn, MeasuredRecord, ModelRecord, StageRecord, add_lines, not_carried};
+use super::super::record::{
+    CarriedOn, MeasuredRecord, ModelRecord, StageRecord, add_lines, not_carried, with_later,
+};
 use super::super::suspects::far::FarOff;
-use super::ahead::open_beside;
-use super::compete::{best_of, goes_on, with_later};
+use super::ahead::{not_tried, open_beside};
+use super::compete::{best_of, goes_on};
 use crate::rows::{Choice, Row};
 use crate::{EngineError, NamedGaussian};
 use rijke_inference::Conflict;
@@ -26,7 +28,7 @@ impl Run {
         self.go_on()?;
         let [winner, next] = goes_on(&stage, &results, &carried)?;
         let (winner, chosen) = (results[winner].0.id.clone(), results[next].0.id.clone());
-        let assumes = self.assumes(&stage, &chosen);
+        let mut assumes = self.assumes(&stage, [&chosen, &winner]);
         let best = best_of(&results);
         self.average(&stage, &rows[next], &mut results[next].0, best);
         if let (model, Some(found)) = &mut results[next] {
@@ -34,6 +36,8 @@ impl Run {
             add_lines(&mut model.remark, said);
         }
         let models: Vec<ModelRecord> = results.iter().map(|(model, _)| model.clone()).collect();
+        let mut open = self.done.iter().flat_map(|done| &done.open).flat_map(|(_, c)| &c.later);
+        assumes.extend(not_tried(&models).filter(|_| open.any(|later| later.stage == stage.id)));
         let own = undecided(&stage, &models, &chosen, &carried);
         let Row { choice, .. } = rows.into_iter().nth(next).unwrap_or_default();
         let grounds = self.study.plan.grounds(&stage).into_iter().filter_map(|id| self.ground(id));
@@ -84,9 +88,9 @@ impl Run {
     }
 
     /// What the stages on which `stage` stands took for certain, though their evidence does not decide it,
-    /// and with which of the models that they leave open another model than `chosen` would be the best of
-    /// `stage`.
-    fn assumes(&self, stage: &Stage, chosen: &str) -> Vec<String> {
+    /// and with which of the models that they leave open another model than these, that which goes on and the
+    /// best, would be the best of `stage`.
+    fn assumes(&self, stage: &Stage, these: [&str; 2]) -> Vec<String> {
         let mut all: Vec<String> = Vec::new();
         for said in stage.on.iter().filter_map(|id| self.stage_done(id)).flat_map(|done| &done.assumes) {
             if !all.contains(said) {
@@ -99,7 +103,8 @@ impl Run {
         }
         for (done, before) in self.done.iter().zip(&self.study.plan.stages) {
             for (_, open) in &done.open {
-                let other = open.later.iter().find(|l| l.stage == stage.id && l.model != chosen);
+                let other =
+                    open.later.iter().find(|l| l.stage == stage.id && !these.contains(&l.model.as_str()));
                 all.extend(other.map(|l| {
                     format!(
                         "If `{}` were right in stage \"{}\", `{}` would be the best model here",

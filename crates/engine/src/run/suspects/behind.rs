@@ -18,10 +18,14 @@ pub(crate) fn behind_by_a_prior(models: &[(&str, Option<f64>, &[TrainedParameter
             parameters.iter().filter_map(|p| Some((p, p.conflict()?))).collect();
         let penalty = paid(parameters);
         let (p, z) = far.iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
+        let beside = match by_the_leader > 0.5 {
+            true => format!(", and priors that the leader contradicts cost it {by_the_leader:.0} nats"),
+            false => String::new(),
+        };
         (behind > 0.0 && penalty - by_the_leader > behind).then(|| {
             format!(
                 "{id} is {behind:.1} nats behind only because of a prior: the data move {} by {z:.1} sd of that prior, which lowers the evidence by \
-                 about {penalty:.0} nats; check that prior",
+                 about {penalty:.0} nats{beside}; check that prior",
                 p.name
             )
         })

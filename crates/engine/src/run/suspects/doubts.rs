@@ -2,19 +2,13 @@
 
 use super::super::parameter::TrainedParameter;
 use super::apart::{Apart, Common, Held, Stated, scattered_days};
+use super::unexplained::unexplained;
 use crate::Observed;
 use crate::noise::measured_sd;
 use rijke_inference::{Parameter, Prior};
 use rijke_numerics::scatter_beyond;
 use rijke_numerics::words::with_sd;
 use rijke_study::hertz;
-
-/// Part of the scatter of the measured numbers that a misfit may reach before the model is said to explain
-/// nothing.
-const NOTHING: f64 = 0.7;
-
-/// A misfit that is no error of measurement, in measured standard deviations.
-const MANY: f64 = 10.0;
 
 /// Residuals of few points, in those of all others together, that give a warning; smaller ones of two points
 /// give one if the points would fit exchanged, to so many of the others' residuals.
@@ -47,7 +41,6 @@ pub(in crate::run) fn doubts(
         let measured = |o: &Observed| [o.mode.growth_rate, o.mode.angular_frequency][k];
         let there: Vec<Held<'_>> =
             observed.iter().zip(predicted).filter_map(|(o, p)| Some((o, measured(o)?, p[k]))).collect();
-        let n = there.len() as f64;
         let opposite = |t: &Held<'_>| t.1 > 0.0 && t.2 < 0.0;
         if k == 0 && there.len() > 1 && there.iter().all(opposite) {
             all.push(
@@ -61,20 +54,8 @@ pub(in crate::run) fn doubts(
         }
         let sd = measured_sd(observed, k);
         let shown = |v: f64| if k == 0 { format!("{v:.2} 1/s") } else { format!("{:.2} Hz", hertz(v)) };
-        // Modes of one label have one mean: several modes of a point differ by far more than any misfit.
-        let mean = |label: &str| {
-            let of_it = || there.iter().filter(|t| t.0.mode.label == label);
-            of_it().map(|t| t.1).sum::<f64>() / of_it().count() as f64
-        };
-        let scatter = (there.iter().map(|t| (t.1 - mean(&t.0.mode.label)).powi(2)).sum::<f64>() / n).sqrt();
-        // Repeats of one point do not ask for an explanation.
-        if floats[k] && scatter > MANY * sd && misfit[k] > MANY * sd && misfit[k] > NOTHING * scatter {
-            let how = if misfit[k] < scatter { "nearly as large as" } else { "no smaller than" };
-            all.push(format!(
-                "the misfit of {what} ({}) is {how} their scatter ({}): the model explains hardly any of this scatter; check units, signs and priors",
-                shown(misfit[k]),
-                shown(scatter)
-            ));
+        if floats[k] {
+            all.extend(unexplained(what, &there, misfit[k], sd, shown));
         }
         let frequencies = k == 1;
         // A temperature moves frequencies, a part at another place both.
@@ -316,7 +297,12 @@ pub(in crate::run) mod tests {
         assert!(doubts(&points, &right, [0.1, 0.1, 0.02], [true; 2], NONE).is_empty());
         let said = doubts(&points, &[[-2.5, 502.5]; 6], [1.7, 1.7, 0.0], [true; 2], NONE);
         assert!(doubts(&points, &[[-2.5, 502.5]; 6], [1.7, 1.7, 0.0], [false; 2], NONE).is_empty());
-        assert!(said.len() == 2 && said[0].contains("explains hardly any of this scatter"), "{said:?}");
+        assert!(
+            said.len() == 2
+                && said[0].contains("explains 1 % of their variance")
+                && !said[0].contains("in mode"),
+            "{said:?}"
+        );
         let mut one_off = right.clone();
         one_off[3][1] += 4.0;
         let said = doubts(&points, &one_off, [0.1, 1.6, 0.0], [true; 2], NONE);

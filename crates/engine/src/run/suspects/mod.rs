@@ -18,4 +18,5 @@ pub(super) mod recognised;
 pub(super) mod relabelled;
 pub(super) mod shapes;
 pub(super) mod signs;
+mod unexplained;
 pub(super) mod written;

@@ -2,7 +2,7 @@
 
 use super::{ORIGIN, PLAN, two_points};
 use crate::common::folder::Folder;
-use crate::common::tube::speed;
+use crate::common::tube::{TUBE, speed};
 use rijke_engine::run::{Run, StageRecord, Trusted, foresight};
 use rijke_study::Study;
 use std::f64::consts::PI;
@@ -175,4 +175,30 @@ fn message_a_parameter_held_far_from_what_was_found_is_said() {
     let deviations = 0.16 / (0.3 / (0.5 * speed()) * 0.96);
     assert!(far[0].contains(&format!("{deviations:.0} standard deviations")), "{far:?}");
     assert_eq!(said("held-near", 0.041), Vec::<String>::new());
+}
+
+#[test]
+fn exact_foresight_knows_what_frequencies_cannot_tell() {
+    let two = TUBE.replace(
+        "[upstream]\ntype = \"constant\"\nmodulus = \"$r\"",
+        "[upstream]\ntype = \"constant\"\nmodulus = \"$q\"",
+    );
+    let two = format!("{two}[unknown.q]\nprior = {{ normal = {{ mean = 0.9, sd = 0.2 }} }}\n");
+    let folder = two_points("foresight", &[("rig.toml", &two)]);
+    let study = Study::open(&folder.0).unwrap();
+    let found = foresight(&study, None, [0.1, 1.0, 1e-3], 293.15).unwrap();
+    let model = &found[0].models[0];
+    // Only the product of both ends enters s: r + q is found, r - q keeps all of its prior.
+    let [(words, share)] = &model.unidentified[..] else { panic!("{model:?}") };
+    assert!((share - 1.0).abs() < 1e-6 && words.contains("0.71 q") && words.contains("0.71 r"), "{words}");
+    assert!(model.widths.iter().all(|(_, w)| (w - 0.5_f64.sqrt()).abs() < 1e-3), "{model:?}");
+    // By growth rates that are hardly known, one number keeps nearly all of its width: of a single parameter
+    // the share is its width.
+    let folder = two_points("foresight-coarse", &[]);
+    let found = foresight(&Study::open(&folder.0).unwrap(), None, [385.0, 1e4, 1.0], 293.15).unwrap();
+    let model = &found[0].models[0];
+    let ([(_, share)], [(_, width)]) = (&model.unidentified[..], &model.widths[..]) else {
+        panic!("{model:?}")
+    };
+    assert!((0.9..0.98).contains(width) && (share - width).abs() < 1e-12, "{share} {width}");
 }

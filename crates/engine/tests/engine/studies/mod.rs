@@ -20,7 +20,7 @@ mod together;
 use crate::common::folder::Folder;
 use crate::common::tube::{TUBE, speed};
 use rijke_engine::EngineError;
-use rijke_engine::run::{Run, StageRecord, Trusted, forecast, foresight, modes_at, verdicts, with_points};
+use rijke_engine::run::{Run, StageRecord, Trusted, forecast, modes_at, verdicts, with_points};
 use rijke_rig::DataKind;
 use rijke_study::Study;
 use std::collections::BTreeMap;
@@ -327,23 +327,6 @@ fn behaviour_a_point_whose_gas_is_not_known_is_left_out_and_said() {
         refused.contains("base/states.json has no state of it. `rijke flow DIR --out DIR/base` infers it"),
         "{refused}"
     );
-}
-
-#[test]
-fn exact_foresight_knows_what_frequencies_cannot_tell() {
-    let two = TUBE.replace(
-        "[upstream]\ntype = \"constant\"\nmodulus = \"$r\"",
-        "[upstream]\ntype = \"constant\"\nmodulus = \"$q\"",
-    );
-    let two = format!("{two}[unknown.q]\nprior = {{ normal = {{ mean = 0.9, sd = 0.2 }} }}\n");
-    let folder = two_points("foresight", &[("rig.toml", &two)]);
-    let study = Study::open(&folder.0).unwrap();
-    let found = foresight(&study, None, [0.1, 1.0, 1e-3], 293.15).unwrap();
-    let model = &found[0].models[0];
-    // Only the product of both ends enters s: r + q is found, r - q keeps all of its prior.
-    let [(words, share)] = &model.unidentified[..] else { panic!("{model:?}") };
-    assert!((share - 1.0).abs() < 1e-6 && words.contains("0.71 q") && words.contains("0.71 r"), "{words}");
-    assert!(model.widths.iter().all(|(_, w)| (w - 0.5_f64.sqrt()).abs() < 1e-3), "{model:?}");
 }
 
 #[test]
