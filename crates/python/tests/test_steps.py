@@ -175,7 +175,7 @@ def test_behaviour_ctrl_c_stops_within_a_stage() -> None:
     script = (
         "import rijke\n"
         "def news(done, count, title):\n"
-        "    if done == 2: print('go', flush=True)\n"
+        "    if done == 0: print('go', flush=True)\n"
         f"rijke.Study({str(FOLDER)!r}).run(progress=news)\n"
         "print('ended')\n"
     )
